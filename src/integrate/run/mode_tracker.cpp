@@ -13,6 +13,7 @@ ModeTracker::ModeTracker(AdaptiveState& state, MethodSelector& method)
       method_(method),
       jump_(state),
       excursions_(state),
+      uniqueness_(*state.problem),
       borders_(state.plan.events.list.size()) {}
 
 void ModeTracker::initialise(const Point& point) {
@@ -40,6 +41,9 @@ void ModeTracker::begin(const Point& point, const Crossings& crossed) {
     for (Border& border : borders_) border.released = 0;
   }
   if (first > 0) state_.stepper().suggest(0);
+  if (!uniqueness_.empty() && state_.solution->not_unique().empty())
+    state_.solution->set_not_unique(
+        uniqueness_.at(derivative(), state_.stepper().here(), state_.plan.tolerances));
 }
 
 /// On the border of a branch that is never held fixed, since a root depends on it.

@@ -18,6 +18,7 @@
 #include <memory>
 #include <vector>
 
+#include "integrate/event/uniqueness.hpp"
 #include "integrate/problem/rhs_solver.hpp"
 #include "integrate/run/adaptive_state.hpp"
 #include "integrate/run/border_jump.hpp"
@@ -92,6 +93,7 @@ class ModeTracker {
   MethodSelector& method_;
   BorderJump jump_;
   Excursions excursions_;
+  UniquenessCheck uniqueness_;
   std::vector<double> modes_;
   std::vector<Border> borders_;  ///< of every event of the plan; exits stand behind them
   std::vector<Expr> weights_;    ///< of the borders that slide, in the order of their surfaces

@@ -152,7 +152,8 @@ std::string Solution::str() const {
     used = switches == 0 ? text("  states in use: ", states_in_use_[0].states, "\n")
                          : text("  states in use switched ", switches, switches == 1 ? " time" : " times",
                                 " (sol:switches()), at the end: ", states_in_use_.back().states, "\n");
-  const std::string errors = errors_text().empty() ? "" : "  " + errors_text();
+  std::string errors = errors_text().empty() ? "" : "  " + errors_text();
+  if (!not_unique_.empty()) errors += "  " + not_unique_ + "\n";
   return text("solution by ", method_, step, ": ", stats_.steps, stats_.steps == 1 ? " step" : " steps",
               " from t = ", rounded(t().front(), 6), " to ", rounded(end.t, 6), ", ", status(), "\n", errors,
               used, table.str(2));
@@ -180,7 +181,8 @@ std::string Solution::stats_text() const {
   std::string result = table.str();
   for (const MethodInUse& use : methods_in_use_)
     result += text(use.name, " from t = ", rounded(use.t, 6), ": ", use.why, "\n");
-  if (!rounding_.empty()) result += rounding_ + "\n";
+  for (const std::string& remark : {rounding_, not_unique_})
+    if (!remark.empty()) result += remark + "\n";
   result += errors_text();
   return result + regimes_text() + borders_text();
 }

@@ -145,19 +145,23 @@ double BdfStepper::scaled_norm(const double* e, double factor) const {
 }
 
 bool BdfStepper::evaluate_jacobian(double t) {
-  double* at = problem_->unknowns();
-  problem_->set_time(t);
-  for (int k = 0; k < n(); ++k) {
-    at[k] = attempt_.predicted[k];
-    at[n() + k] = attempt_.psi[k] / attempt_.c;
-  }
-  for (int k = n(); k < N_; ++k) at[n() + k] = attempt_.predicted[k];
-  jacobian_.entries = problem_->jacobian();
-  ++stats_.jacobians;
   jacobian_.fresh = true;
   jacobian_.factorised_for = 0;
-  return std::all_of(jacobian_.entries.begin(), jacobian_.entries.end(),
-                     [](double e) { return std::isfinite(e); });
+  double* at = problem_->unknowns();
+  const auto take = [&](double time, const double* x) {
+    problem_->set_time(time);
+    for (int k = 0; k < n(); ++k) {
+      at[k] = x[k];
+      at[n() + k] = attempt_.psi[k] / attempt_.c;
+    }
+    for (int k = n(); k < N_; ++k) at[n() + k] = attempt_.predicted[k];
+    jacobian_.entries = problem_->jacobian();
+    ++stats_.jacobians;
+    return std::all_of(jacobian_.entries.begin(), jacobian_.entries.end(),
+                       [](double e) { return std::isfinite(e); });
+  };
+  return take(t, attempt_.predicted.data()) ||
+         take_beside([&](const Point& there) { return take(there.t, there.x.data()); });
 }
 
 bool BdfStepper::factorise() {

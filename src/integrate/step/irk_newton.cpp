@@ -10,18 +10,23 @@
 
 namespace pendula::integrate {
 bool IrkStepper::evaluate_jacobian() {
-  problem_->place(here_.t, here_.x.data(), here_.xdot.data(), here_.z.data());
   jacobian_.entries.swap(jacobian_.before);
-  jacobian_.entries = problem_->jacobian();
-  ++stats_.jacobians;
   jacobian_.fresh = true;
-  for (std::size_t k = 0; k < jacobian_.entries.size(); ++k) {
-    if (std::isfinite(jacobian_.entries[k])) continue;
-    trouble_ = text("the Jacobian of ", problem_->equation_name(rows_.positions[k].row), " is not finite");
-    jacobian_.entries.swap(jacobian_.before);
-    return jacobian_.entries.size() == rows_.positions.size();
-  }
-  return true;
+  int row = -1;  // of an infinite entry
+  const auto take = [&](const Point& at) {
+    problem_->place(at.t, at.x.data(), at.xdot.data(), at.z.data());
+    jacobian_.entries = problem_->jacobian();
+    ++stats_.jacobians;
+    const auto infinite = std::find_if_not(jacobian_.entries.begin(), jacobian_.entries.end(),
+                                           [](double e) { return std::isfinite(e); });
+    if (infinite == jacobian_.entries.end()) return true;
+    row = (rows_.positions.begin() + (infinite - jacobian_.entries.begin()))->row;
+    return false;
+  };
+  if (take(here_) || take_beside(take)) return true;
+  trouble_ = text("the Jacobian of ", problem_->equation_name(row), " is not finite");
+  jacobian_.entries.swap(jacobian_.before);
+  return jacobian_.entries.size() == rows_.positions.size();
 }
 
 /// The step as straight-line code with the pivots at hand; false: no code, or the pivots do not suit all its

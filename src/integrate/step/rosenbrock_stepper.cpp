@@ -149,20 +149,20 @@ bool RosenbrockStepper::jacobian_is_finite() {
   return true;
 }
 
-/// The derivatives at the beginning of the step or, where they are infinite (√|x| at 0), in its middle.
-bool RosenbrockStepper::linearise(double dt) {
+/// The derivatives at the beginning of the step or, where they are infinite, beside it.
+bool RosenbrockStepper::linearise() {
   if (entries_at_ != here_.t) keep_jacobian(here_, entries_);
   if (jacobian_is_finite() && time_derivative(here_)) return true;
-  Point middle = here_;
-  middle.t += dt / 2;
-  middle.x += dt / 2 * here_.xdot;
-  keep_jacobian(middle, entries_);
+  const bool found = take_beside([&](const Point& at) {
+    keep_jacobian(at, entries_);
+    return jacobian_is_finite() && time_derivative(at);
+  });
   entries_at_ = NAN;
-  return jacobian_is_finite() && time_derivative(middle);
+  return found;
 }
 
 double RosenbrockStepper::attempt_apart(double dt) {
-  if (!linearise(dt)) return NAN;
+  if (!linearise()) return NAN;
   if (!factorise(dt)) {
     trouble_ = "the matrix of the linear systems is singular";
     return NAN;

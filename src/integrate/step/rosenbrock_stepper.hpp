@@ -37,7 +37,7 @@ class RosenbrockStepper final : public Stepper {
   double attempt(double dt);
   double attempt_apart(double dt);
   bool jacobian_is_finite();
-  bool linearise(double dt);
+  bool linearise();
   bool factorise(double dt);
   bool stages(double dt);
   double error_norm();

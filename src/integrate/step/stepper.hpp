@@ -86,6 +86,21 @@ class Stepper {
     const double smallest = 10 * std::numeric_limits<double>::epsilon() * std::fabs(here_.t);
     return std::fabs(dt) > smallest && std::fabs(dt) > 1e-300;
   }
+  /// A Jacobian is infinite at the root of √|x|: it is taken half a step ahead instead and, where the solution stays
+  /// there, a tolerance beside. take(point): false where it is infinite, too.
+  template <class Take>
+  bool take_beside(const Take& take) const {
+    Point there = here_;
+    there.t += dt_ / 2;
+    there.x += dt_ / 2 * here_.xdot;
+    if (take(there)) return true;
+    for (const double side : {1.0, -1.0}) {
+      there = here_;
+      for (int i = 0; i < n(); ++i) there.x[i] += side * weight(i, std::fabs(here_.x[i]));
+      if (take(there)) return true;
+    }
+    return false;
+  }
   /// The error of a step that vanished beside t. `error`: scaled errors that name the culprit, may be
   /// empty.
   Failure vanished(const Eigen::Ref<const Vec>& error, const std::string& reason) const;

@@ -1,7 +1,7 @@
 -- Coefficients to 40 digits. The two weights share all but the last stage of each.
--- Six of the thirteen stages lie in the last tenth of a step: b - bhat passes 0 where the solution bends before, and
--- a fifth of the steps it accepts err by more than the tolerance (docs/robustness.md). Eight times as much is right for
--- 98 % of them, at 15 % more evaluations.
+-- Six of the thirteen stages lie in the last tenth of a step: b - bhat passes 0 where the solution bends
+-- before, and a fifth of the steps it accepts err by more than the tolerance (docs/robustness.md). Eight
+-- times as much is right for 98 % of them, at 15 % more evaluations.
 return {
   name = "verner87", order = 8, embedded = 7, error_scale = 8,
   text = "Thirteen stages, order 8(7): the efficient pair for very fine tolerances.",

@@ -22,8 +22,8 @@ local function count(method, rtol)
     for k = 1, #times - 2 do  -- the last step may be cut
       local here = {}
       for _, s in ipairs(states) do here[s] = sol(s, times[k]) end
-      local exact = equations:integrate { start = here, from = times[k], to = times[k + 1], method = "verner98",
-        rtol = 1e-12, atol = 1e-13 }
+      local exact = equations:integrate { start = here, from = times[k], to = times[k + 1],
+        method = "verner98", rtol = 1e-12, atol = 1e-13 }
       local sum = 0
       for _, s in ipairs(states) do
         local size = rtol*(1 + math.abs(exact(s, times[k + 1])))

@@ -9,7 +9,7 @@ namespace pendula::lua {
 
 struct SolutionStats {
   integrate::Stats counts;
-  std::string method, text, why, borders, rounding;
+  std::string method, text, why, borders, rounding, not_unique;
   double seconds;
 };
 template <>
@@ -34,7 +34,8 @@ int stats(Call& call) {
     why += text(why.empty() ? "" : "\n", use.name, " from t = ", rounded(use.t, 6), ": ", use.why);
   return call.push(std::make_shared<const SolutionStats>(
       SolutionStats{solution.stats(), solution.method_name(), without_newline(solution.stats_text()), why,
-                    without_newline(solution.borders_text()), solution.rounding(), solution.cpu_seconds()}));
+                    without_newline(solution.borders_text()), solution.rounding(), solution.not_unique(),
+                    solution.cpu_seconds()}));
 }
 
 int drift(Call& call) {
@@ -53,6 +54,7 @@ int stats_newton(Call& call) { return call.push(counted(call).counts.newton_iter
 int stats_why(Call& call) { return call.push(counted(call).why); }
 int stats_borders(Call& call) { return call.push(counted(call).borders); }
 int stats_rounding(Call& call) { return call.push(counted(call).rounding); }
+int stats_not_unique(Call& call) { return call.push(counted(call).not_unique); }
 int stats_errors(Call& call) { return call.push(counted(call).counts.errors); }
 int stats_time(Call& call) { return call.push(counted(call).seconds); }
 
@@ -128,6 +130,10 @@ return sol:drift())",
         {"stats#rounding", stats_rounding, "stats.rounding -> string",
          "Why the digits asked for are not there: rounding errors of the equations beside the tolerances (implicit "
          "methods, rtol below 1e-7). Empty where they are harmless."},
+        {"stats#not_unique", stats_not_unique, "stats.not_unique -> string",
+         "Where more than one solution goes on: from x = 0, x′ = √|x| may stay or leave. Empty if that was not met.",
+         "dae{ der(var 'x') ~ sqrt(var 'x') }:integrate{ start = { x = 0 }, to = 1 }:stats().not_unique",
+         "not unique from t = 0 on: x = 0 there, where √x has an infinite slope; one solution stays, others leave"},
         {"stats#errors", stats_errors, "stats.errors -> number",
          "The estimated errors of all steps of an adaptive run, in tolerances: their sum. It bounds what is left of "
          "them where the equations make no error grow; oscillations keep it, damping forgets most of it."},
