@@ -216,3 +216,26 @@ test("the index does not depend on the size of the constraint set", function()
     end
   end
 end)
+
+-- Lane-Emden's and Bessel's equations, and flow in a pipe, as people write them: x″ + k x′/t + …
+test("quotients that are 0/0 at the start", function()
+  local x, v = var "x", var "v"
+  local function refused(equations, start, words)
+    local run = { start = start, to = 1 }
+    expect(function() dae(equations):integrate(run) end):fails(words)
+  end
+  refused({ der(x) ~ v, der(v) ~ -2*v/t - x^5 }, { x = 1, v = 0 }, "smoothly has x′ = 0, v′ = -0.333333")
+  refused({ der(x, 2) ~ -der(x)/t - x }, { x = 1, [der(x)] = 0 }, "smoothly has x″ = -0.5")
+  refused({ der(x) ~ sin(t)/t }, { x = 0 }, "x′ = 1")
+  refused({ der(x) ~ v, der(v) ~ -v/t + x/t^2 }, { x = 0, v = 3 }, "x′ = 3")
+  refused({ der(x) ~ 1/t }, { x = 0 }, "1/t is undefined; ")       -- no solution through it
+  refused({ der(x) ~ v, der(v) ~ -2*v/t }, { x = 1, v = 1 }, "is undefined; ")
+end)
+
+test("a model without freedom needs no start", function()
+  local x, F = var "x", var "F"
+  local driven = dae { 2*der(x, 2) ~ F - 10*x, 0 ~ x - sin(t)^2 }
+  local sol = driven:reduce():integrate { to = 3 }
+  expect(sol(F, 3)):near(4*math.cos(6) + 10*math.sin(3)^2, 1e-5)
+  expect(function() dae { der(x) ~ -x } :integrate { to = 3 } end):fails "needs a start"
+end)

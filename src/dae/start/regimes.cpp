@@ -106,6 +106,15 @@ int sign_after(Expr margin, const ConsistentState& start, const Jump& jump) {
   return 0;
 }
 
+/// To rounding. A derivative that nothing determines is not.
+bool is_zero(Expr e, const ConsistentState& start, const Sizes& sizes) {
+  try {
+    return std::fabs(start(e)) <= border * size_of(e, start.values, sizes);
+  } catch (const UserFacing&) {
+    return false;
+  }
+}
+
 std::string answer(const Model& m) {
   const Analysis a = analyse(m);
   return a.regular ? text(a.index, " ", a.dof) : "singular";
@@ -378,9 +387,12 @@ std::optional<RegimeStart> Regimes::enter_one(const StartRequest& before, std::u
       const Expr margin = regime.region.margins[k];
       const double here = std::fabs(value_at(margin, at->values));
       const double size = size_of(margin, at->values, sizes);
-      // one that is 0 and grows like t² is rounding at first
-      const double grows = here <= border * size ? 2 * here + rounding * size : 0;
-      slack.push_back(signs[k] > 0 ? grows : 2 * here + border * size);
+      if (signs[k] > 0)  // one that is 0 and grows like t² is rounding at first
+        slack.push_back(is_zero(margin, *at, sizes) && is_zero(total_derivative(margin), *at, sizes)
+                            ? 2 * here + rounding * size
+                            : 0.0);
+      else
+        slack.push_back(2 * here + border * size);
     }
     return RegimeStart{&regime, at, jump->jumps, slack};
   } catch (const UserFacing& e) {

@@ -192,7 +192,7 @@ ConsistentStatePtr init(const ModelPtr& model, const StartRequest& request) {
   if (ConsistentStatePtr at = start_in_region(model, request)) return at;
   const StartSystem s(model, request);
   StartSolution solution = solve_start(s);
-  if (!solution.solved && !solution.defined) explain_undefined(s);
+  if (!solution.solved && !solution.defined) explain_undefined(model, s);
   if (!solution.solved && solution.stuck >= 0) explain_stuck(s, static_cast<std::size_t>(solution.stuck));
   if (!solution.solved)
     if (StartSolution other = solve_by_orders(model, s); other.solved) solution = std::move(other);

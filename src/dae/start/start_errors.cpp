@@ -154,7 +154,7 @@ static std::string vanishing(const StartSystem& s, Expr e, const std::unordered_
   return text("; ", join(names, ", "), names.size() == 1 ? " is 0 there" : " are 0 there");
 }
 
-void explain_undefined(const StartSystem& s) {
+void explain_undefined(const ModelPtr& model, const StartSystem& s) {
   const auto point = s.point(first_point(s, 0));
   require_nonsingular(s.model, point);
   const auto bad = undefined_at(s, point);
@@ -171,8 +171,12 @@ void explain_undefined(const StartSystem& s) {
   if (bad->slope)
     throw Error(
         text(equation, " has no finite derivative with respect to ", to_text(bad->node), at, "; ", advice));
-  throw Error(text(equation, " has no value", at, ": ", to_text(bad->node), " is undefined",
-                   vanishing(s, bad->node, point), "; ", advice));
+  const std::string undefined = text(equation, " has no value", at, ": ", to_text(bad->node), " is undefined",
+                                     vanishing(s, bad->node, point));
+  if (const std::string smooth = smooth_values(model, s.request); !smooth.empty())
+    throw Error(text(undefined, ".\n  The solution that continues smoothly has ", smooth,
+                     ".\n  Start near it: another time, or other values in fix or guess"));
+  throw Error(text(undefined, "; ", advice));
 }
 
 void explain_stuck(const StartSystem& s, std::size_t row) {

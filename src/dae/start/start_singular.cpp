@@ -7,6 +7,7 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/model/lineage.hpp"
+#include "dae/model/make_model.hpp"
 #include "dae/points/array_points.hpp"
 #include "dae/points/derivative_array.hpp"
 #include "dae/rank/rank.hpp"
@@ -16,6 +17,7 @@
 #include "dae/singular/singularity_conditions.hpp"
 #include "dae/start/continuations.hpp"
 #include "dae/start/start_system.hpp"
+#include "expr/polynomial/rational_form.hpp"
 #include "expr/print/print.hpp"
 
 namespace pendula::dae {
@@ -141,7 +143,34 @@ Continuation smooth_continuation(const StartSystem& s, const Vec& w) {
   return {};
 }
 
+/// The equations with their denominators multiplied away; nothing where algebra does not do it.
+ModelPtr without_denominators(const ModelPtr& model) {
+  ModelOptions options = child_of(model);
+  declare_unknowns(options, *model);
+  std::vector<Block> blocks;
+  Index next = 0;
+  for (const Block& b : model->blocks) {
+    Block own{VecX::Zero(b.lhs.size()), VecX::Zero(b.lhs.size()), b.note, b.rewritten};
+    for (Index row = 0; row < b.lhs.size(); ++row, ++next)
+      own.rhs[row] = quotient_of(model->residuals[static_cast<std::size_t>(next)]).numerator;
+    blocks.push_back(std::move(own));
+  }
+  return make_model(std::move(blocks), std::move(options));
+}
+
 }  // namespace
+
+std::string smooth_values(const ModelPtr& model, const StartRequest& request) {
+  if (model->variables.size() > continued || !model->form.empty()) return "";
+  try {
+    const ModelPtr cleared = without_denominators(model);
+    const StartSystem s(cleared, request);
+    const StartSolution at = solve_start(s);
+    return at.solved ? smooth_continuation(s, at.w).text : "";
+  } catch (const UserFacing&) {
+    return "";
+  }
+}
 
 Crossing crossing_at(const ModelPtr& model, const StartSystem& s, const Vec& w) {
   const auto point = s.point(w);

@@ -134,7 +134,10 @@ Freedom freedom(const StartSystem& s, const Vec& w, bool slow = false);
 Freedom sparse_freedom(const StartSystem& s, const Eigen::SparseMatrix<double>& J);
 
 /// Errors. What each says: start_errors.cpp, start_conflict.cpp.
-[[noreturn]] void explain_undefined(const StartSystem& s);
+[[noreturn]] void explain_undefined(const ModelPtr& model, const StartSystem& s);
+/// "x′ = 1": values at a start where equations divide by 0, if the solution continues smoothly through it. Of small models
+/// that algebra can free of their denominators; else "".
+std::string smooth_values(const ModelPtr& model, const StartRequest& request);
 [[noreturn]] void explain_stuck(const StartSystem& s, std::size_t row);
 [[noreturn]] void explain_conflict(const StartSystem& s, const StartSolution& failed);
 [[noreturn]] void explain_freedom(const ModelPtr& model, const StartSystem& s, const Vec& w,

@@ -90,13 +90,15 @@ class Stepper {
   /// there, a tolerance beside. take(point): false where it is infinite, too.
   template <class Take>
   bool take_beside(const Take& take) const {
+    constexpr double golden = 0.618;
     Point there = here_;
     there.t += dt_ / 2;
     there.x += dt_ / 2 * here_.xdot;
     if (take(there)) return true;
     for (const double side : {1.0, -1.0}) {
       there = here_;
-      for (int i = 0; i < n(); ++i) there.x[i] += side * weight(i, std::fabs(here_.x[i]));
+      for (int i = 0; i < n(); ++i)  // not by equal amounts: the root may be of a difference
+        there.x[i] += side * (1 + std::fmod(golden * i, 1.0)) * weight(i, std::fabs(here_.x[i]));
       if (take(there)) return true;
     }
     return false;

@@ -75,3 +75,18 @@ test("tanks that are empty at the start", function()
     expect(sol(x + y + q, 1.9)):near(1, 1e-9)
   end
 end)
+
+test("three tanks that are empty and level at the start", function()
+  local h = { var "h1", var "h2", var "h3" }
+  local function flow(a, b) return 0.02*sign(a - b)*sqrt(2*9.81*abs(a - b)) end
+  local out = 0.02*sqrt(2*9.81*max(h[3], 0))
+  local first, second = flow(h[1], h[2]), flow(h[2], h[3])
+  local tanks = dae { 0.5*der(h[1]) ~ 0.01 - first, 0.5*der(h[2]) ~ first - second,
+    0.5*der(h[3]) ~ second - out }
+  local steady = (0.01/0.02)^2/(2*9.81)  -- the same head over each of the three openings
+  for _, method in ipairs { "auto", "radau", "rodas", "bdf", "dopri5" } do
+    local sol = tanks:integrate { start = { h1 = 0, h2 = 0, h3 = 0 }, to = 600, method = method }
+    expect(sol.status):equals "finished"
+    for k = 1, 3 do expect(sol(h[k], 600)/steady):near(4 - k, 1e-4) end
+  end
+end)

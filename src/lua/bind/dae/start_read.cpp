@@ -244,6 +244,17 @@ static std::vector<Expr> without_start(const dae::Model& model) {
   return model.start_values.empty() ? model.states() : std::vector<Expr>();
 }
 
+/// Where the constraints leave no freedom, a position given by t for instance.
+static dae::ConsistentStatePtr only_start(lua_State* L, const Options& options, const dae::ModelPtr& model) {
+  try {
+    dae::StartRequest request = read_start_request(L, options, *model);
+    request.of_run = true;
+    return dae::init(model, request);
+  } catch (const UserFacing&) {
+    return nullptr;
+  }
+}
+
 [[noreturn]] static void refuse_without_start(std::vector<Expr> states) {
   constexpr std::size_t most = 6;
   const bool more = states.size() > most;
@@ -269,8 +280,11 @@ int push_start(lua_State* L, const Options& options) {
 }
 
 dae::ConsistentStatePtr read_start(lua_State* L, const Options& options, const dae::ModelPtr& model) {
-  if (const std::vector<Expr> open = without_start(*model); !options.has("start") && !open.empty())
+  if (const std::vector<Expr> open = without_start(*model); !options.has("start") && !open.empty()) {
+    if (const dae::ConsistentStatePtr only = only_start(L, options, dae::original(model)))
+      return translated(only, model);
     refuse_without_start(open);
+  }
   const int index = push_start(L, options);
   if (lua_isuserdata(L, index)) {
     const auto* held = object_at(L, index, TypeName<dae::ConsistentState>::value);
