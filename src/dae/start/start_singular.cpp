@@ -148,11 +148,11 @@ ModelPtr without_denominators(const ModelPtr& model) {
   ModelOptions options = child_of(model);
   declare_unknowns(options, *model);
   std::vector<Block> blocks;
-  Index next = 0;
+  auto residual = model->residuals.begin();
   for (const Block& b : model->blocks) {
     Block own{VecX::Zero(b.lhs.size()), VecX::Zero(b.lhs.size()), b.note, b.rewritten};
-    for (Index row = 0; row < b.lhs.size(); ++row, ++next)
-      own.rhs[row] = quotient_of(model->residuals[static_cast<std::size_t>(next)]).numerator;
+    for (Index row = 0; row < b.lhs.size(); ++row)
+      own.rhs[row] = quotient_of(*residual++).numerator;
     blocks.push_back(std::move(own));
   }
   return make_model(std::move(blocks), std::move(options));
