@@ -140,9 +140,12 @@ class AdaptiveRun {
                          stepper().is_stiff() ? ". They are limited by stability: the equations are stiff, "
                                                 "take method = \"radau\" or \"bdf\""
                                               : ""));
-    constexpr double vanished = 1e-6;  // of the value at the start
-    if (!plan().guards.empty() && stall_.is_stalled(stepper().here().t, stats, state_.interval()) &&
-        !singularity_nearby(vanished).empty())
+    constexpr double vanished = 1e-6, almost = 0.01;  // of the value at the start
+    constexpr double creeping = 1e-7;                 // step size beside the time since the start
+    const bool guarded = !plan().guards.empty() || !plan().blocks.empty();
+    const double t = stepper().here().t;
+    if (guarded && stall_.is_stalled(t, stats, state_.interval()) &&
+        !singularity_nearby(stepper().next_dt() < creeping * (t - plan().from) ? almost : vanished).empty())
       throw Failure(text("no progress in the last ", StallDetector::every, " steps (step size ",
                          rounded(stepper().next_dt(), 2), ")"));
     constexpr int often = 8;  // steps
