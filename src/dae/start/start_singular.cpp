@@ -151,8 +151,7 @@ ModelPtr without_denominators(const ModelPtr& model) {
   auto residual = model->residuals.begin();
   for (const Block& b : model->blocks) {
     Block own{VecX::Zero(b.lhs.size()), VecX::Zero(b.lhs.size()), b.note, b.rewritten};
-    for (Index row = 0; row < b.lhs.size(); ++row)
-      own.rhs[row] = quotient_of(*residual++).numerator;
+    for (Index row = 0; row < b.lhs.size(); ++row) own.rhs[row] = quotient_of(*residual++).numerator;
     blocks.push_back(std::move(own));
   }
   return make_model(std::move(blocks), std::move(options));

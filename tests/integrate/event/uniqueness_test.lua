@@ -90,3 +90,13 @@ test("three tanks that are empty and level at the start", function()
     for k = 1, 3 do expect(sol(h[k], 600)/steady):near(4 - k, 1e-4) end
   end
 end)
+
+test("a root that its argument leaves at 0 names what to write", function()
+  local sol = dae { der(x) ~ -0.1*sqrt(x) } :integrate { start = { x = 1 }, to = 30 }
+  expect(sol.status):matches "stopped at t = 20"
+  expect(sol.status):matches "write max%(…, 0%) under the root"
+  sol = dae { der(x) ~ -0.1*sqrt(max(x, 0)) } :integrate { start = { x = 1 }, to = 30 }
+  expect(sol.status):equals "finished"
+  expect(sol(x, 10)):near(0.25, 1e-6)
+  expect(sol(x, 30)):near(0, 1e-9)
+end)
