@@ -47,9 +47,9 @@ class Signs {
       case Op::neg:
         return -of(e.operand(0));
       case Op::add:
-        return sum(of(e.operand(0)), of(e.operand(1)));
+        return sum(of(e.operand(0)), of(e.operand(1)), e);
       case Op::sub:
-        return sum(of(e.operand(0)), -of(e.operand(1)));
+        return sum(of(e.operand(0)), -of(e.operand(1)), e);
       case Op::mul:
         return product(of(e.operand(0)), of(e.operand(1)));
       case Op::div:
@@ -60,9 +60,37 @@ class Signs {
         return 0;
     }
   }
-  static int sum(int a, int b) {
-    if (a == 0 || b == 0 || (a > 0) != (b > 0)) return 0;
-    return std::abs(a) > std::abs(b) ? a : b;
+  /// a, b: the signs of what e adds.
+  static int sum(int a, int b, Expr e) {
+    if (a != 0 && b != 0 && (a > 0) == (b > 0)) return std::abs(a) > std::abs(b) ? a : b;
+    for (const auto& [sign, number, other] :
+         {std::tuple(a, e.operand(0), e.operand(1)), std::tuple(b, e.operand(1), e.operand(0))}) {
+      if (!number.is_constant()) continue;
+      const double left = std::fabs(constant_value(number)) - bound(other);  // 2 + cos(x)
+      if (left >= 0) return left > 0 ? sign : sign / 2;
+    }
+    return 0;
+  }
+  /// Of |e|, as far as sines and the like tell.
+  static double bound(Expr e) {
+    switch (e.op()) {
+      case Op::constant:
+        return std::fabs(constant_value(e));
+      case Op::sin:
+      case Op::cos:
+      case Op::tanh:
+        return 1;
+      case Op::neg:
+      case Op::abs:
+        return bound(e.operand(0));
+      case Op::add:
+      case Op::sub:
+        return bound(e.operand(0)) + bound(e.operand(1));
+      case Op::mul:
+        return bound(e.operand(0)) * bound(e.operand(1));
+      default:
+        return std::numeric_limits<double>::infinity();
+    }
   }
   static int product(int a, int b) {
     const int size = std::min(std::abs(a), std::abs(b));

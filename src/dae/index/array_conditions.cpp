@@ -4,6 +4,7 @@
 
 #include "base/error.hpp"
 #include "expr/normal/normal.hpp"
+#include "expr/print/primes.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
 #include "expr/rewrite/tidied.hpp"
@@ -14,9 +15,7 @@ namespace {
 
 std::string row_label(const Model& m, const DerivativeArray& array, int row) {
   const auto equations = static_cast<int>(array.equations());
-  std::string label = m.label(static_cast<std::size_t>(row % equations));
-  for (int k = 0; k < row / equations; ++k) label += "′";
-  return label;
+  return m.label(static_cast<std::size_t>(row % equations)) + primes(row / equations);
 }
 
 /// ∂(row)/∂y as rationals, or nothing if one of them is not.

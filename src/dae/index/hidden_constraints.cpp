@@ -12,6 +12,7 @@
 #include "dae/rank/modular.hpp"
 #include "dae/regularise/elimination.hpp"
 #include "expr/graph/generic.hpp"
+#include "expr/print/primes.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
 #include "expr/rewrite/tidied.hpp"
@@ -21,11 +22,6 @@ namespace {
 
 constexpr std::size_t most_rows = 80;
 constexpr double longest = 300;  // operations of a row that is used further
-
-std::string primes(int k) {
-  constexpr const char* signs[] = {"", "′", "″", "‴"};
-  return k < 4 ? signs[k] : text("⁽", superscript(k), "⁾");
-}
 
 class Elimination {
  public:

@@ -6,6 +6,7 @@
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
 #include "dae/pencil/pencil_shuffle.hpp"
+#include "expr/print/primes.hpp"
 #include "expr/rewrite/rewrite.hpp"
 
 namespace pendula::dae {
@@ -150,9 +151,7 @@ RationalMatrix row_of(Expr residual, const LinearForm& f) {
 std::string combined_label(const LinearForm& f, const Combination& of) {
   constexpr int widest = 48;
   const auto name = [&](const std::pair<int, int>& equation) {
-    std::string label = f.label[equation.second];
-    for (int k = 0; k < equation.first; ++k) label += "′";
-    return label;
+    return f.label[equation.second] + primes(equation.first);
   };
   std::vector<std::pair<std::pair<int, int>, mpq_class>> terms(of.begin(), of.end());
   std::stable_sort(terms.begin(), terms.end() - 1,  // after the last of all: most differentiated first
@@ -181,9 +180,7 @@ Constraint constraint_of(const LinearForm& f, const ShuffleConstraint& c) {
     if (c.a(0, j) != 0) residual = Expr(c.a(0, j)) * f.x[j] + residual;
   if (c.of.size() > 1) return {simplify(residual), -1, 0, c.derivative, combined_label(f, c.of)};
   const auto [block, row] = f.origin[c.row];
-  std::string label = f.label[c.row];
-  for (int k = 0; k < c.derivative; ++k) label += "′";
-  return {simplify(residual), block, row, c.derivative, label};
+  return {simplify(residual), block, row, c.derivative, f.label[c.row] + primes(c.derivative)};
 }
 
 }  // namespace

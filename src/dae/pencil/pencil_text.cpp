@@ -6,6 +6,7 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/pencil/pencil.hpp"
+#include "expr/print/primes.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
 
@@ -51,12 +52,6 @@ std::vector<std::string> conditions(const std::vector<Constraint>& constraints) 
   return lines;
 }
 
-std::string differentiated(const std::string& name, int k) {
-  std::string out = name;
-  for (int i = 0; i < k; ++i) out += "′";
-  return out;
-}
-
 /// y(d/dt) applied to the equations: what is combined, and what it leaves of the forcing.
 std::string row_text(const LinearForm& f, const PolynomialVector& y) {
   const VecX g = f.forcing();
@@ -71,7 +66,7 @@ std::string row_text(const LinearForm& f, const PolynomialVector& y) {
       combined += combined.empty() ? "" : c < 0 ? " - " : " + ";
       if (abs(c) != 1) combined += to_text(Expr(mpq_class(abs(c)))) + " ";
       const std::string& label = f.label[i];
-      combined += differentiated(label.empty() ? "(derivatives of states)" : label, k);
+      combined += (label.empty() ? "(derivatives of states)" : label) + primes(k);
       rest += Expr(c) * (k == 0 ? g[i] : total_derivative(g[i], k));
     }
   rest = simplify(rest);

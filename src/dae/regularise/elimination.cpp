@@ -14,6 +14,7 @@
 #include "dae/rank/tracked_elimination.hpp"
 #include "dae/structure/signature.hpp"
 #include "expr/graph/generic.hpp"
+#include "expr/print/primes.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
 #include "expr/rewrite/tidied.hpp"
@@ -144,11 +145,8 @@ static Step replace_by_combination(Equations& e, const Equations& before, std::s
     sum += Expr(value) * total_derivative(before.residuals[r], c[r] - c[i]);
     times = std::max(times, before.differentiated[r] + c[r] - c[i]);
   }
-  const std::string how = combination_text(combination, [&](int r) {
-    std::string label = e.labels[r];
-    for (int k = c[i]; k < c[r]; ++k) label += "′";
-    return label;
-  });
+  const std::string how =
+      combination_text(combination, [&](int r) { return e.labels[r] + primes(std::max(c[r] - c[i], 0)); });
   const Step step = replace_equation(e, i, without_cancelled(sum, e.variables), how, log);
   if (step == Step::changed) e.differentiated[i] = times;
   return step;

@@ -6,6 +6,7 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/regularise/null_vectors.hpp"
+#include "expr/print/primes.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/tidied.hpp"
 
@@ -58,9 +59,7 @@ Step convert_by_combination(Equations& e, const Structure& s, std::vector<std::s
   for (std::size_t k : terms) {
     const int i = rows[k];
     sum += best->u[k] * total_derivative(e.residuals[i], c[i] - least);
-    std::string label = e.labels[i];
-    for (int p = least; p < c[i]; ++p) label += "′";
-    how += factor_text(best->u[k], label, how.empty());
+    how += factor_text(best->u[k], e.labels[i] + primes(c[i] - least), how.empty());
     times = std::max(times, e.differentiated[i] + c[i] - least);
   }
   const auto target = static_cast<std::size_t>(rows[replaced]);

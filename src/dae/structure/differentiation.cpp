@@ -11,6 +11,7 @@
 #include "dae/model/solved_rows.hpp"
 #include "expr/graph/depends_on.hpp"
 #include "expr/graph/taylor.hpp"
+#include "expr/print/primes.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
 
@@ -27,15 +28,6 @@ Substitution kinematics(const Model& m) {
   }
   return known;
 }
-
-namespace {
-
-std::string primes(int k) {
-  constexpr const char* signs[] = {"", "′", "″", "‴"};
-  return k < 4 ? signs[k] : text("⁽", superscript(k), "⁾");
-}
-
-}  // namespace
 
 std::string constraint_label(const Model& m, std::size_t residual, int k) {
   const auto [block, row] = m.origin[residual];

@@ -7,6 +7,7 @@
 
 #include "base/text.hpp"
 #include "expr/graph/declaration.hpp"
+#include "expr/print/primes.hpp"
 #include "expr/print/print_notation.hpp"
 
 namespace pendula {
@@ -60,11 +61,6 @@ std::string ten_digits(const Number& n) {
 bool is_long_decimal(const mpq_class& q) {
   const Tens tens(q.get_den());
   return tens.finite && (tens.fives > 6 || (tens.fives > 0 && tens.twos > 6));
-}
-
-std::string primes(int order) {
-  static constexpr const char* marks[] = {"", "′", "″", "‴"};
-  return order < 4 ? marks[order] : "⁽" + superscript(order) + "⁾";
 }
 
 std::string pretty_name(const std::string& name) {

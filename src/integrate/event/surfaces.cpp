@@ -4,6 +4,7 @@
 #include <unordered_set>
 
 #include "base/error.hpp"
+#include "dae/analysis/determinant_factors.hpp"
 #include "expr/print/print.hpp"
 #include "integrate/event/border_smoothness.hpp"
 
@@ -89,6 +90,11 @@ void PiecewiseForm::find_branches(const std::vector<Expr>& nodes) {
     const bool two = op != Op::abs && op != Op::sign;
     const Expr when = node.operand(0) - (two ? node.operand(1) : Expr());
     if (when.is_constant()) continue;
+    if (const int sign = dae::sign_of(when); sign != 0) {  // ||x|/2|: touches 0 at most
+      if (op == Op::abs || op == Op::min || op == Op::max)
+        branches_.push_back({node, 0, {}, false, -1, sign});
+      continue;
+    }
     const Mode::Kind kind = !two           ? Mode::Kind::sign
                             : op == Op::le ? Mode::Kind::less_or_equal
                                            : Mode::Kind::less;
@@ -116,7 +122,7 @@ void PiecewiseForm::number_modes(const std::vector<char>& frozen) {
   for (Surface& surface : surfaces_) surface.modes.clear();
   for (Branch& branch : branches_) {
     branch.mode = -1;
-    if (!frozen[branch.surface]) continue;
+    if (branch.settled != 0 || !frozen[branch.surface]) continue;
     std::vector<Mode>& modes = surfaces_[branch.surface].modes;
     const auto same = std::find_if(modes.begin(), modes.end(), [&](const Mode& mode) {
       return mode.kind == branch.kind && mode.reversed == branch.reversed;
@@ -134,9 +140,18 @@ void PiecewiseForm::number_modes(const std::vector<char>& frozen) {
 Substitution PiecewiseForm::frozen(const std::vector<Treatment>& treatment) const {
   Substitution replacements;
   for (const Branch& branch : branches_) {
-    if (branch.mode < 0 || treatment[branch.surface] == Treatment::thawed) continue;
-    const Expr mode = modes_[branch.mode], node = branch.node;
+    const Expr node = branch.node;
     const auto inner = [&](int i) { return substitute(node.operand(i), replacements); };
+    if (branch.settled != 0) {
+      const bool positive = branch.settled > 0;
+      if (node.op() == Op::abs)
+        replacements[node] = positive ? inner(0) : -inner(0);
+      else
+        replacements[node] = inner(positive == (node.op() == Op::max) ? 0 : 1);
+      continue;
+    }
+    if (branch.mode < 0 || treatment[branch.surface] == Treatment::thawed) continue;
+    const Expr mode = modes_[branch.mode];
     switch (node.op()) {
       case Op::abs:
         replacements[node] = mode * inner(0);

@@ -79,7 +79,8 @@ class PiecewiseForm {
     std::size_t surface;
     Mode::Kind kind;
     bool reversed;
-    int mode = -1;  ///< -1: never frozen
+    int mode = -1;    ///< -1: never frozen
+    int settled = 0;  ///< not 0: the sign that what it compares always has; it has no surface
   };
   void find_branches(const std::vector<Expr>& nodes);
   std::size_t surface_of(Expr when, bool& reversed);

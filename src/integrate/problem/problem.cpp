@@ -6,6 +6,7 @@
 #include "base/error.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/graph/solve.hpp"
+#include "expr/print/primes.hpp"
 #include "expr/print/print.hpp"
 
 namespace pendula::integrate {
@@ -13,9 +14,7 @@ namespace {
 
 std::string leaf_name(Expr leaf) {
   const Symbol& s = symbol_of(leaf);
-  std::string name = s.vector.empty() ? s.name : text(s.vector, "[", s.component, "]");
-  for (int k = 0; k < s.order; ++k) name += "′";
-  return name;
+  return (s.vector.empty() ? s.name : text(s.vector, "[", s.component, "]")) + primes(s.order);
 }
 
 bool has_large_solve(const std::vector<Expr>& f) {

@@ -7,6 +7,7 @@
 #include "base/text.hpp"
 #include "dae/model/first_order.hpp"
 #include "expr/graph/derivative.hpp"
+#include "expr/print/primes.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -59,13 +60,6 @@ DriftRow measure(const Invariant& invariant, const std::vector<double>& t, const
   return row;
 }
 
-std::string derivative_name(const std::string& label, std::size_t order) {
-  if (order == 2) return label + "″";
-  std::string name = label;
-  for (std::size_t k = 0; k < order; ++k) name += "′";
-  return name;
-}
-
 /// Two digits, and nothing below the rounding of the terms: the same text on every processor.
 std::string shown(double value, const DriftRow& row) {
   return std::fabs(value) <= rounding * row.scale ? "0" : rounded(value, 2);
@@ -83,7 +77,7 @@ std::string broken_conditions(const DriftRow& row) {
   std::vector<std::string> parts;
   for (std::size_t k = 0; k < row.start.size(); ++k)
     if (std::fabs(row.start[k]) > consistent * row.scale)
-      parts.push_back(text(derivative_name(row.label, k), "(0) = ", rounded(row.start[k], 6)));
+      parts.push_back(text(row.label, primes(static_cast<int>(k)), "(0) = ", rounded(row.start[k], 6)));
   return join(parts, ", ");
 }
 
@@ -95,8 +89,8 @@ std::string sentence(const DriftRow& row) {
                         below(row.largest, row))
                  : text("the constraint is kept: |", row.label, "| stays below ", below(row.largest, row));
     case Verdict::inconsistent_start:
-      return text("inconsistent start, ", broken_conditions(row), ": the model imposes only ",
-                  derivative_name(row.label, row.start.size()), " = 0, so ", row.label,
+      return text("inconsistent start, ", broken_conditions(row), ": the model imposes only ", row.label,
+                  primes(static_cast<int>(row.start.size())), " = 0, so ", row.label,
                   row.start.size() == 2 ? " follows the straight line C(0) + t C′(0)"
                                         : " follows its Taylor polynomial",
                   ", whatever the accuracy; the numerical part is below ", below(row.remainder, row));

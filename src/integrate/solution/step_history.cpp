@@ -7,7 +7,10 @@
 
 namespace pendula::integrate {
 
-void StepHistory::use(std::shared_ptr<Stepper> stepper) { steppers_.push_back(std::move(stepper)); }
+void StepHistory::use(std::shared_ptr<Stepper> stepper) {
+  if (!steppers_.empty()) stepper->stand_at(*steppers_.back());
+  steppers_.push_back(std::move(stepper));
+}
 
 void StepHistory::use_modes(const ProblemPtr& problem, const std::vector<double>& modes) {
   problem->set_modes(modes);

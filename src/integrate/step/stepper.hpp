@@ -51,6 +51,11 @@ class Stepper {
   virtual void step(double end) = 0;
   const Point& here() const { return here_; }
   const Point& before() const { return before_; }
+  /// Until it starts, it stands where the one before it did: a start that fails is explained from there.
+  void stand_at(const Stepper& other) {
+    here_ = other.here_;
+    before_ = other.before_;
+  }
 
   /// How many numbers of a step its continuous extension needs beside the two ends; writes them to `to`.
   virtual std::size_t record_size() const { return 0; }

@@ -288,3 +288,23 @@ test("implicit steps begin where √|x| has no derivative", function()
     end
   end
 end)
+
+test("what is never negative has no border", function()
+  local a, b, c = var "a", var "b", var "c"
+  -- found by tests/fuzz/numbers.lua, seed 51018: b decays through 0, where ||b|/…| touches 0
+  local function model(fed) return dae { der(a) ~ fed - 20*a, der(b) ~ c*sin(c) - a - 16*b, der(c) ~ -c } end
+  local fed, plain = model(abs(abs(b)/(cos(cos(c)) + 2))), model(abs(b)/(cos(cos(c)) + 2))
+  for _, method in ipairs { "auto", "radau", "dopri5" } do
+    for _, rtol in ipairs { 1e-4, 1e-8 } do
+      local start = { a = -0.13333333333333, b = -1/3, c = 1 }
+      local run = { start = start, to = 10, rtol = rtol, method = method }
+      local sol, other = fed:integrate(run), plain:integrate(run)
+      expect(sol.status):equals "finished"
+      expect(sol:stats().borders):equals(other:stats().borders)
+      for _, v in ipairs { a, b, c } do expect(sol(v, 1.3)):near(other(v, 1.3), 1e-12) end
+    end
+  end
+  local still = dae { der(a) ~ -max(sqrt(abs(a)), -1) - sign(2 + exp(a)) - min(0, b^2 + 1) + 1, der(b) ~ -1 }
+  local borders = still:integrate { start = { a = 1, b = 0 }, to = 1 } :stats().borders
+  expect(borders):equals "border a = 0: kink, located 0 times"
+end)
