@@ -212,6 +212,8 @@ local function method(self, value)
   end
   return "tableau " .. fields_text { { "A", rows_text(value.A) }, { "b", row_text(value.b) },
     { "c", row_text(value.c) }, { "bhat", value.bhat and row_text(value.bhat) },
+    { "bhat2", value.bhat2 and row_text(value.bhat2) },
+    { "error_scale", value.error_scale ~= 1 and self:at("error_scale", value.error_scale) },
     { "name", value.name and string_text(value.name) } }
 end
 kinds.tableau, kinds.rosenbrock, kinds.multistep = method, method, method

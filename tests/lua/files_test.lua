@@ -205,6 +205,19 @@ test("methods, distributions, transfer functions and results of fits", function(
   expect(tostring(kept)):equals(tostring(model))
 end)
 
+test("a saved pair of methods takes the same steps", function()
+  local lag = dae { der(x) ~ 1 - x }
+  local heun = tableau { A = { {}, { 1 } }, b = { "1/2", "1/2" }, bhat = { 1, 0 }, error_scale = 4 }
+  local function steps(method)
+    return lag:integrate { start = { [x] = 0 }, to = 1, method = method }:stats().steps
+  end
+  for _, method in ipairs { heun, rk.verner87, rk.dop853, rk.dopri5 } do
+    expect(steps(again(method))):equals(steps(method))
+  end
+  expect(again(heun).error_scale):equals(4)
+  expect(tostring(again(rk.dop853).bhat2)):equals(tostring(rk.dop853.bhat2))
+end)
+
 test("every kind of file that is cut off is refused, with its line", function()
   for _, value in ipairs { jumps, plot { 0, 1 }, ball, tf({ 1 }, { 1, 2 }),
     { at = ball:init { fix = { [x] = 1, [v] = 2 } } } } do

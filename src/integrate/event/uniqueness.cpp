@@ -6,21 +6,46 @@
 #include "base/error.hpp"
 #include "base/lru_cache.hpp"
 #include "base/text.hpp"
+#include "dae/analysis/determinant_factors.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
 
 namespace pendula::integrate {
 namespace {
 
-/// What a root vanishes with.
+/// Numbers and parameters.
+bool is_fixed(Expr e) {
+  const std::vector<Expr> inside = leaves({&e, 1});
+  return std::all_of(inside.begin(), inside.end(), [](Expr leaf) {
+    return symbol_of(leaf).kind == Kind::parameter || symbol_of(leaf).kind == Kind::constant;
+  });
+}
+
+/// What a root vanishes with, and what changes its sign there: 2 g |h| vanishes with h.
 Expr inside(Expr e) {
   for (;;) {
-    if (e.op() == Op::abs || e.op() == Op::neg)
-      e = e.operand(0);
-    else if ((e.op() == Op::max || e.op() == Op::min) && (e.operand(0).is_zero() || e.operand(1).is_zero()))
-      e = e.operand(e.operand(0).is_zero() ? 1 : 0);
-    else
-      return e;
+    switch (e.op()) {
+      case Op::abs:
+      case Op::neg:
+        e = e.operand(0);
+        continue;
+      case Op::max:
+      case Op::min:
+        if (!e.operand(0).is_zero() && !e.operand(1).is_zero()) return e;
+        e = e.operand(e.operand(0).is_zero() ? 1 : 0);
+        continue;
+      case Op::mul:
+      case Op::div:
+        if (is_fixed(e.operand(1)))
+          e = e.operand(0);
+        else if (e.op() == Op::mul && is_fixed(e.operand(0)))
+          e = e.operand(1);
+        else
+          return e;
+        continue;
+      default:
+        return e;
+    }
   }
 }
 
@@ -42,6 +67,8 @@ std::vector<UniquenessCheck::Root> UniquenessCheck::roots_of(const Problem& prob
   for (Expr node : topological(equations->F)) {
     if (!is_root(node)) continue;
     const Expr argument = inside(node.operand(0));
+    // a sum of squares, as in lengths: its gradient vanishes with it
+    if (dae::sign_of(argument) != 0) continue;
     const auto holds = [&](const std::vector<Expr>& list, Expr leaf) {
       return std::find(list.begin(), list.end(), leaf) != list.end();
     };
@@ -125,7 +152,9 @@ bool UniquenessCheck::escapes(std::size_t k, RhsSolver& derivative, const Point&
     const auto away = [&](double distance) {
       Point beside = on;
       beside.x += side * distance * size * direction;
-      return side * rate(k, derivative, beside);
+      const double outward = side * rate(k, derivative, beside);
+      const double u = out_[k * out_.size() / roots_.size()];
+      return side * u > 0 ? outward : -1.0;  // beyond a kink u does not grow as its gradient says
     };
     const double wide = away(far), narrow = away(near);
     if (!(wide > 0 && narrow > 0) || !(std::fabs(here) <= still * narrow)) continue;

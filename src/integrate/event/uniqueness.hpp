@@ -19,7 +19,7 @@ namespace pendula::integrate {
 class UniquenessCheck {
  public:
   /// Of the roots √u and u^q, 0 < q < 1, in a problem's equations those whose u contains t, states and parameters only;
-  /// |v|, max(v, 0) and min(v, 0) count as v. Cost: one pass over the equations, remembered for the next run.
+  /// |v|, max(v, 0) and 2 v count as v. Cost: one pass over the equations, remembered for the next run.
   explicit UniquenessCheck(const Problem& problem);
   bool empty() const { return roots_.empty(); }
 

@@ -181,29 +181,20 @@ class ArrayRun {
     Values values = simulation_.start->values;
     values[time_symbol()] = end.t;
     const std::vector<Expr> leaves = leaves_in_source(model, problem);
-    const auto n = static_cast<std::size_t>(problem.n());
-    for (std::size_t i = leaves.size(); i-- > 0;) {  // x last: x′ may be a state itself
-      const auto k = static_cast<Index>(i < n ? i : i < 2 * n ? i - n : i - 2 * n);
-      values[leaves[i]] = i < n ? end.x[k] : i < 2 * n ? end.xdot[k] : end.z[k];
-    }
+    for (std::size_t i = leaves.size(); i-- > 0;)  // x last: x′ may be a state itself
+      values[leaves[i]] = entry_of(end, i);
     return values;
   }
 
   dae::StartRequest request(const dae::Model& model, const Values& values, double t) const {
     dae::StartRequest request;
-    request.t = t;
+    set_conditions(simulation_, t, request);
     request.keep_invariants = false;
     for (Expr x : model.states()) request.fix.emplace_back(x, values.at(x));
     for (const auto& list : {model.top_derivatives(), model.algebraic()})
       for (Expr leaf : list)
         if (const auto at = values.find(dae::original_leaf(model, leaf)); at != values.end())
           request.guess.emplace_back(leaf, at->second);
-    request.parameters = simulation_.parameters;
-    request.inputs = simulation_.inputs;
-    for (const auto& [leaf, function] : simulation_.numeric_inputs) {
-      request.inputs[leaf] = Expr(function(t));
-      request.numeric_inputs.push_back(leaf);
-    }
     return request;
   }
 

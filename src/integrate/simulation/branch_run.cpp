@@ -177,22 +177,10 @@ class BranchRun {
   /// Where the method cannot take a step from the start, since branches meet there.
   std::string go_on_from_start() {
     const auto point = std::make_shared<Solution>(problem_);
-    point->save(start_point());
+    point->save(start_point(*problem_, simulation_));
     point->finish({Ending::stopped, "", simulation_.plan.from}, {}, 0);
     whole_.add({model_, point, simulation_.plan.from}, 0);
     return go_on(*point);
-  }
-
-  Point start_point() const {
-    const dae::FirstOrder& form = problem_->model();
-    const auto values = [&](const std::vector<Expr>& list) {
-      Vec v = Vec::Zero(static_cast<Eigen::Index>(list.size()));
-      for (std::size_t i = 0; i < list.size(); ++i)
-        if (const auto at = simulation_.start->values.find(list[i]); at != simulation_.start->values.end())
-          v[static_cast<Eigen::Index>(i)] = at->second;
-      return v;
-    };
-    return {simulation_.plan.from, values(form.x), values(form.xdot), values(form.z)};
   }
 
   /// Beyond the point where a piece has stopped; why not, if that is not possible.

@@ -101,10 +101,8 @@ class RegimeRun {
   /// What values of the leaves are measured by from now on.
   void measure(const Point& point) {
     const std::vector<Expr>& leaves = whole_.pieces().leaves();
-    const Eigen::Index n = point.x.size();
     for (std::size_t i = 0; i < leaves.size(); ++i) {
-      const auto k = static_cast<Eigen::Index>(i);
-      const double value = k < n ? point.x[k] : k < 2 * n ? point.xdot[k - n] : point.z[k - 2 * n];
+      const double value = entry_of(point, i);
       double& size = sizes_[leaves[i]];
       if (std::isfinite(value)) size = std::max(size, std::fabs(value));
     }
@@ -113,32 +111,20 @@ class RegimeRun {
   void remember(const Point& end) {
     t_ = end.t;
     const std::vector<Expr>& leaves = whole_.pieces().leaves();
-    const Eigen::Index n = end.x.size();
-    for (std::size_t i = 0; i < leaves.size(); ++i) {
-      const auto k = static_cast<Eigen::Index>(i);
-      if (k >= n && k < 2 * n && values_.count(leaves[i]) &&
-          std::find(leaves.begin(), leaves.begin() + n, leaves[i]) != leaves.begin() + n)
-        continue;  // x′ that is a state itself
-      values_[leaves[i]] = k < n ? end.x[k] : k < 2 * n ? end.xdot[k - n] : end.z[k - 2 * n];
-    }
+    for (std::size_t i = leaves.size(); i-- > 0;)  // x last: x′ may be a state itself
+      values_[leaves[i]] = entry_of(end, i);
   }
 
   /// The states as fixes, everything else as guesses.
   dae::StartRequest request() const {
     dae::StartRequest request;
-    request.t = t_;
+    set_conditions(simulation_, t_, request);
     for (Expr x : model_->states()) request.fix.emplace_back(x, values_.at(x));
     for (const auto& list : {model_->top_derivatives(), model_->algebraic()})
       for (Expr leaf : list)
         if (const auto at = values_.find(leaf); at != values_.end())
           request.guess.emplace_back(leaf, at->second);
     request.sizes.assign(sizes_.begin(), sizes_.end());
-    request.parameters = simulation_.parameters;
-    request.inputs = simulation_.inputs;
-    for (const auto& [leaf, function] : simulation_.numeric_inputs) {
-      request.inputs[leaf] = Expr(function(t_));
-      request.numeric_inputs.push_back(leaf);
-    }
     return request;
   }
 

@@ -90,6 +90,35 @@ ToleranceRequest SolutionInParts::tolerances_in(const dae::ModelPtr& part,
   return own;
 }
 
+double entry_of(const Point& point, std::size_t i) {
+  const auto n = static_cast<std::size_t>(point.x.size());
+  const auto k = static_cast<Eigen::Index>(i < n ? i : i < 2 * n ? i - n : i - 2 * n);
+  return i < n ? point.x[k] : i < 2 * n ? point.xdot[k] : point.z[k];
+}
+
+Point start_point(const Problem& problem, const Simulation& simulation) {
+  const dae::FirstOrder& form = problem.model();
+  const auto& known = simulation.start->values;
+  const auto values = [&](const std::vector<Expr>& list) {
+    Vec v = Vec::Zero(static_cast<Eigen::Index>(list.size()));
+    for (std::size_t i = 0; i < list.size(); ++i)
+      if (const auto at = known.find(list[i]); at != known.end())
+        v[static_cast<Eigen::Index>(i)] = at->second;
+    return v;
+  };
+  return {simulation.plan.from, values(form.x), values(form.xdot), values(form.z)};
+}
+
+void set_conditions(const Simulation& simulation, double t, dae::StartRequest& request) {
+  request.t = t;
+  request.parameters = simulation.parameters;
+  request.inputs = simulation.inputs;
+  for (const auto& [leaf, function] : simulation.numeric_inputs) {
+    request.inputs[leaf] = Expr(function(t));
+    request.numeric_inputs.push_back(leaf);
+  }
+}
+
 void SolutionInParts::add(RunPart piece, std::size_t shown) {
   const bool first = pieces_->empty();
   const SolutionPtr solution = piece.solution;
@@ -116,6 +145,8 @@ void SolutionInParts::add(RunPart piece, std::size_t shown) {
   stats_.jacobians += s.jacobians;
   stats_.factorisations += s.factorisations;
   stats_.newton_iterations += s.newton_iterations;
+  stats_.errors += s.errors;
+  if (merged_->not_unique().empty()) merged_->set_not_unique(solution->not_unique());
   seconds_ += solution->cpu_seconds();
 }
 

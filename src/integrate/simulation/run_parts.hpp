@@ -8,6 +8,12 @@ namespace pendula::integrate {
 
 /// The leaves of a problem of the model itself, in the order x, x′, z.
 std::vector<Expr> leaves_of(const Problem& problem);
+/// The value of leaf i of that list.
+double entry_of(const Point& point, std::size_t i);
+/// Where the run begins; 0 for leaves without a value.
+Point start_point(const Problem& problem, const Simulation& simulation);
+/// Time, parameters and inputs of a start in the middle of the run.
+void set_conditions(const Simulation& simulation, double t, dae::StartRequest& request);
 
 /// A part of the trajectory.
 struct RunPart {

@@ -77,7 +77,8 @@ class StateReselection {
     double t = simulation_.plan.from;
     std::vector<std::pair<Expr, double>> values;  // of original leaves, where the next piece begins
     RunOutcome outcome{Ending::stop_when, ""};
-    if (const auto better = ChoiceMonitor(pivoting_, model, selection, simulation_).better(beginning())) {
+    if (const auto better = ChoiceMonitor(pivoting_, model, selection, simulation_)
+                                .better(start_point(whole_.problem(), simulation_))) {
       for (Expr leaf : original_leaves(*model, whole_.problem()))
         if (const auto value = simulation_.start->value_for(*source_, leaf))
           values.emplace_back(leaf, *value);
@@ -126,25 +127,8 @@ class StateReselection {
     const Point end = solution->final();
     if (solution->ending() == Ending::stopped) next_ = monitor->better(end, 0.999);
     values.clear();
-    for (std::size_t i = 0; i < leaves.size(); ++i) {
-      const auto n = static_cast<std::size_t>(solution->problem().n());
-      const auto k = static_cast<Eigen::Index>(i < n ? i : i < 2 * n ? i - n : i - 2 * n);
-      values.emplace_back(leaves[i], i < n ? end.x[k] : i < 2 * n ? end.xdot[k] : end.z[k]);
-    }
+    for (std::size_t i = 0; i < leaves.size(); ++i) values.emplace_back(leaves[i], entry_of(end, i));
     return solution->outcome();
-  }
-
-  /// Where the first model begins.
-  Point beginning() const {
-    const dae::FirstOrder& form = whole_.problem().model();
-    const auto values = [&](const std::vector<Expr>& list) {
-      Vec v = Vec::Zero(static_cast<Eigen::Index>(list.size()));
-      for (std::size_t i = 0; i < list.size(); ++i)
-        if (const auto it = simulation_.start->values.find(list[i]); it != simulation_.start->values.end())
-          v[static_cast<Eigen::Index>(i)] = it->second;
-      return v;
-    };
-    return {simulation_.plan.from, values(form.x), values(form.xdot), values(form.z)};
   }
 
   dae::ConsistentStatePtr start_at(const dae::ModelPtr& model, double t,

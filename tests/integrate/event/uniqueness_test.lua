@@ -29,6 +29,8 @@ test("starts on the root", function()
   end
   expect(remark({ der(x) ~ sqrt(abs(x - 1)) }, { x = 1 }, 1)):matches "x %- 1 = 0"
   expect(remark({ der(x) ~ q, 0 ~ q - sqrt(x) }, { x = 0 }, 1)):matches "√x"
+  expect(remark({ der(x) ~ sqrt(2*9.81*abs(x)) }, { x = 0 }, 1)):matches "√%(19.62 |x|%)"
+  expect(remark({ der(x) ~ sqrt(abs(-3*c*x)/7) }, { x = 0 }, 1)):matches "x = 0 there"
   -- it leaves towards -∞
   expect(remark({ der(x) ~ -sqrt(abs(x)) }, { x = 0 }, 1)):matches "√|x|"
 end)
@@ -53,6 +55,8 @@ test("one solution only", function()
   expect(remark({ der(x) ~ abs(x)^1.5 }, { x = 0 }, 1)):equals ""  -- a finite slope
   local flow = sign(x - y)*sqrt(abs(x - y))  -- two tanks until they are level
   expect(remark({ der(x) ~ -flow, der(y) ~ flow }, { x = 1, y = 0 }, 2)):equals ""
+  local friction = -sign(y)*sqrt(abs(y))
+  expect(remark({ der(x) ~ y, der(y) ~ friction }, { x = 0, y = 1 }, 4)):equals ""
 end)
 
 -- Implicit methods need a Jacobian at the start, which is infinite there.
@@ -87,8 +91,38 @@ test("three tanks that are empty and level at the start", function()
   for _, method in ipairs { "auto", "radau", "rodas", "bdf", "dopri5" } do
     local sol = tanks:integrate { start = { h1 = 0, h2 = 0, h3 = 0 }, to = 600, method = method }
     expect(sol.status):equals "finished"
+    expect(sol:stats().not_unique):equals ""
     for k = 1, 3 do expect(sol(h[k], 600)/steady):near(4 - k, 1e-4) end
   end
+end)
+
+test("ten tanks in a row in centimetres", function()
+  local h, start, equations = {}, {}, {}
+  for k = 1, 10 do
+    h[k] = var("h" .. k)
+    start[h[k]] = 0
+  end
+  local function flow(k)
+    if k == 0 then return 100 end
+    if k == 10 then return 5*sqrt(2*981*max(h[10], 0)) end
+    return 5*sign(h[k] - h[k + 1])*sqrt(2*981*abs(h[k] - h[k + 1]))
+  end
+  for k = 1, 10 do equations[k] = 2000*der(h[k]) ~ flow(k - 1) - flow(k) end
+  local sol = dae(equations):integrate { start = start, to = 36000 }
+  expect(sol.status):equals "finished"
+  expect(sol:stats().not_unique):equals ""
+  expect(sol(h[1], 36000)/(10*20^2/(2*981))):near(1, 1e-4)
+end)
+
+-- A run in parts, here by regimes, says what one of them has found, and how many tolerances they err.
+test("a run by regimes keeps what its parts have found", function()
+  local force, v = var "l", var "v"
+  local falling = { der(x) ~ v, der(v) ~ -9.81 + force, 0 ~ min(x, force), der(y) ~ sqrt(y) }
+  local sol = dae(falling):integrate { start = { x = 1, v = 0, y = 0 }, to = 2 }
+  expect(sol.status):equals "finished"
+  expect(sol:stats().not_unique):matches "y = 0 there"
+  expect(tostring(sol)):matches "not unique"
+  expect(sol:stats().errors > 0):equals(true)
 end)
 
 test("a root that its argument leaves at 0 names what to write", function()

@@ -203,6 +203,7 @@ int bhat2(Call& call) {
   return 1;
 }
 
+int error_scale(Call& call) { return call.push(tableau_of(call).data().error_scale); }
 int name(Call& call) { return call.push(tableau_of(call).name()); }
 int tableau_note(Call& call) { return call.push(tableau_of(call).data().text); }
 int cite(Call& call) { return call.push(tableau_of(call).data().cite); }
@@ -281,6 +282,8 @@ extern const Module tableau_module = {
         {"tableau#bhat", bhat, "tab.bhat -> column or nil", "The weights of the embedded method.", "", ""},
         {"tableau#bhat2", bhat2, "tab.bhat2 -> column or nil",
          "The weights of a second embedded method (dop853).", "", ""},
+        {"tableau#error_scale", error_scale, "tab.error_scale -> number",
+         "A step is taken to err by so many times what b - bhat says.", "rk.verner87.error_scale", "8.0"},
         {"tableau#name", name, "tab.name -> string", "The name of the method.", "", ""},
         {"tableau#text", tableau_note, "tab.text -> string", "What the method is good for.", "", ""},
         {"tableau#cite", cite, "tab.cite -> string", "Where the method comes from.", "", ""},
