@@ -18,7 +18,7 @@ using Index = Eigen::Index;
 
 constexpr double solved_below = 1e-11;  // scaled residual of a point
 constexpr int max_iterations = 120;     // exponentials come down by one per Newton step
-constexpr double far_away = 1e10;       // starting values are near 1
+constexpr double far_away = 1e10;       // times the largest starting value, or 1
 
 /// |r_i| relative to the size of its own terms.
 double scaled_size(const Vec& r, const Mat& J, const Vec& w) {
@@ -195,6 +195,8 @@ std::optional<NumericArray::Solution> NumericArray::project(Vec w,
   Vec r, next_r;
   Mat J, next_J;
   evaluate_at(w, known, r, J);
+  const double farthest =
+      far_away * (w.size() ? std::max(1.0, w.cwiseQuotient(unit_).cwiseAbs().maxCoeff()) : 1);
   double last_step = INFINITY;
   int linear = 0;  // steps in a row that shrank only by a constant factor
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
@@ -205,7 +207,7 @@ std::optional<NumericArray::Solution> NumericArray::project(Vec w,
     if (!step.allFinite()) return {};
     const bool solved = scaled_size(r, J, omega) < solved_below;
     const double size = step.norm() / (1 + omega.norm());
-    if (w.size() && omega.cwiseAbs().maxCoeff() > far_away)
+    if (w.size() && omega.cwiseAbs().maxCoeff() > farthest)
       return {};  // no solution: it runs off to infinity
     if (solved && size < 1e-13) return Solution{w, linear >= 5};
     linear = size > 0.1 * last_step && size < 0.95 * last_step ? linear + 1 : 0;

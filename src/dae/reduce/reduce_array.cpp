@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <set>
+#include <unordered_set>
 
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
@@ -207,7 +209,36 @@ void prune(ArraySelection& s, const ArrayAt& a) {
   }
 }
 
-/// x_dot, x_ddot …, printed x′, x″, for derivatives that become algebraic variables; 0 for those that nothing determines.
+/// Constants for the higher derivatives that the rows contain and do not determine. Any will do, so 0; but where the rows
+/// are not linear in the higher derivatives, 0 may be so far from what they are that no start is found, or none exists:
+/// then what they are at the point that the caller gave.
+Substitution constants_for_open(const ArrayAt& a, const ArraySelection& s, bool given) {
+  std::vector<Expr> rows, higher;
+  for (Index i : s.rows) rows.push_back(a.array.rows()[i]);
+  const std::vector<Expr> inside = leaves(rows);
+  const std::unordered_set<Expr> used(inside.begin(), inside.end());
+  const std::set<Index> chosen(s.higher.begin(), s.higher.end());
+  Substitution zeros, values;
+  for (Index j = a.states + a.first; j < a.J.cols(); ++j) {
+    const Expr leaf = a.columns[j];
+    if (!used.count(leaf)) continue;
+    higher.push_back(leaf);
+    if (chosen.count(j)) continue;
+    zeros[leaf] = Expr(0);
+    values[leaf] = Expr(a.w[j]);
+  }
+  if (zeros.empty() || !given) return zeros;
+  std::vector<Expr> slopes;
+  for (const Entry& e : sparse_jacobian(rows, higher)) slopes.push_back(e.value);
+  const std::vector<Expr> in_slopes = leaves(slopes);
+  const std::unordered_set<Expr> of_slopes(in_slopes.begin(), in_slopes.end());
+  const bool linear =
+      std::none_of(higher.begin(), higher.end(), [&](Expr leaf) { return of_slopes.count(leaf) > 0; });
+  return linear ? zeros : values;
+}
+
+/// x_dot, x_ddot …, printed x′, x″, for derivatives that become algebraic variables; constants for those that nothing
+/// determines.
 struct Replacement {
   Substitution by;
   std::vector<Expr> made;
@@ -236,7 +267,7 @@ std::vector<Expr> slopes_of_states(const ArrayAt& a, const ArraySelection& s, co
   return list;
 }
 
-Replacement replacement(const ArrayAt& a, const ArraySelection& s, const Model& m) {
+Replacement replacement(const ArrayAt& a, const ArraySelection& s, const Model& m, bool given) {
   Replacement r;
   auto used = used_names(m);
   const auto introduce = [&](Expr leaf, bool printed_as_derivative = true) {
@@ -254,8 +285,7 @@ Replacement replacement(const ArrayAt& a, const ArraySelection& s, const Model& 
   for (Index j : s.higher) introduce(a.columns[j]);
   r.slopes = slopes_of_states(a, s, m);
   for (Expr slope : r.slopes) introduce(slope, false);
-  for (std::size_t j = static_cast<std::size_t>(a.states + a.first); j < a.columns.size(); ++j)
-    if (!r.by.count(a.columns[j])) r.by[a.columns[j]] = Expr(0);
+  for (const auto& [leaf, constant] : constants_for_open(a, s, given)) r.by[leaf] = constant;
   return r;
 }
 
@@ -290,9 +320,9 @@ void tell_selection(ModelOptions& options, const Model& m, const ArrayAt& a, con
       "chooses the rows that suit a start."));
 }
 
-ModelPtr made_of(const ModelPtr& source, const ArrayAt& a, const ArraySelection& s, int index) {
+ModelPtr made_of(const ModelPtr& source, const ArrayAt& a, const ArraySelection& s, int index, bool given) {
   const Model& m = *source;
-  const Replacement r = replacement(a, s, m);
+  const Replacement r = replacement(a, s, m, given);
   ModelOptions options = child_of(source);
   options.form = "array";
   options.mechanics.reset();
@@ -363,7 +393,7 @@ ModelPtr reduce_array(const ModelPtr& model, const ReduceOptions& options) {
              index, " determine the derivatives of all unknowns"));
   ArraySelection selection = select(*at, *source);
   prune(selection, *at);
-  return made_of(source, *at, selection, index);
+  return made_of(source, *at, selection, index, !options.at.empty());
 }
 
 }  // namespace pendula::dae

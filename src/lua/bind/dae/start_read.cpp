@@ -168,14 +168,14 @@ static void require_rows_for(const dae::ConsistentStatePtr& at, const dae::Model
     }
   };
   if (serves(model)) return;
-  const dae::ModelPtr source = dae::original(model);
-  dae::ReduceOptions here;
-  here.at = translated(at, source)->values;
   dae::ModelPtr other;
   try {
+    const dae::ModelPtr source = dae::original(model);
+    dae::ReduceOptions here;
+    here.at = translated(at, source)->values;
     other = dae::reduce_array(source, here);
-  } catch (const Failure&) {
-    return;
+  } catch (const UserFacing&) {
+    return;  // the caller meets what is wrong with this form
   }
   if (serves(other))
     throw Error(
