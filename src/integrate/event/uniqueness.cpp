@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/lru_cache.hpp"
 #include "base/text.hpp"
@@ -56,6 +57,37 @@ bool is_root(Expr e) {
   return q > 0 && q < 1;
 }
 
+/// Does e contain t, states, numbers and parameters only, states among them?
+bool moves_by_states(Expr e, const std::vector<Expr>& states) {
+  bool moves = false;
+  for (Expr leaf : leaves({&e, 1})) {
+    const Kind kind = symbol_of(leaf).kind;
+    const bool state = std::find(states.begin(), states.end(), leaf) != states.end();
+    if (!state && kind != Kind::time && kind != Kind::parameter && kind != Kind::constant) return false;
+    moves = moves || state;
+  }
+  return moves;
+}
+
+/// u, u′, u″ … along the solution, while they are functions of t and states that no root disturbs.
+std::vector<Expr> chain_of(Expr u, const dae::FirstOrder& equations) {
+  constexpr std::size_t longest = 4;
+  std::vector<Expr> chain{u};
+  if (!equations.semi_explicit) return chain;
+  std::vector<Expr> arguments{time_symbol()};
+  arguments.insert(arguments.end(), equations.x.begin(), equations.x.end());
+  while (chain.size() < longest) {
+    const std::vector<Expr> slopes = gradient(chain.back(), arguments);
+    Expr next = slopes[0];
+    for (std::size_t i = 0; i < equations.x.size(); ++i)
+      if (!slopes[i + 1].is_zero()) next = next + slopes[i + 1] * equations.f[i];
+    const std::vector<Expr> nodes = topological({&next, 1});
+    if (!moves_by_states(next, equations.x) || std::any_of(nodes.begin(), nodes.end(), is_root)) break;
+    chain.push_back(next);
+  }
+  return chain;
+}
+
 }  // namespace
 
 std::vector<UniquenessCheck::Root> UniquenessCheck::roots_of(const Problem& problem) {
@@ -69,18 +101,7 @@ std::vector<UniquenessCheck::Root> UniquenessCheck::roots_of(const Problem& prob
     const Expr argument = inside(node.operand(0));
     // a sum of squares, as in lengths: its gradient vanishes with it
     if (dae::sign_of(argument) != 0) continue;
-    const auto holds = [&](const std::vector<Expr>& list, Expr leaf) {
-      return std::find(list.begin(), list.end(), leaf) != list.end();
-    };
-    bool moves = false, known_there = true;
-    for (Expr leaf : leaves({&argument, 1})) {
-      const Kind kind = symbol_of(leaf).kind;
-      const bool state = holds(equations->x, leaf);
-      moves = moves || state;
-      known_there =
-          known_there && (state || kind == Kind::time || kind == Kind::parameter || kind == Kind::constant);
-    }
-    if (moves && known_there) roots.push_back({argument, node});
+    if (moves_by_states(argument, equations->x)) roots.push_back({chain_of(argument, *equations), node});
   }
   return known.insert(equations, std::move(roots), 1000 + equations->F.size());
 }
@@ -88,12 +109,18 @@ std::vector<UniquenessCheck::Root> UniquenessCheck::roots_of(const Problem& prob
 UniquenessCheck::UniquenessCheck(const Problem& problem) : roots_(roots_of(problem)) {
   if (roots_.empty()) return;
   problem_ = std::make_shared<Problem>(problem);  // the run places other points
+  states_ = static_cast<Eigen::Index>(problem.model().x.size());
   std::vector<Expr> unknowns{time_symbol()}, outputs;
   unknowns.insert(unknowns.end(), problem.model().x.begin(), problem.model().x.end());
+  std::size_t count = 0;
   for (const Root& root : roots_) {
-    outputs.push_back(root.argument);
-    const std::vector<Expr> slopes = gradient(root.argument, unknowns);
-    outputs.insert(outputs.end(), slopes.begin(), slopes.end());
+    first_.push_back(count);
+    count += root.chain.size();
+    for (Expr u : root.chain) {
+      outputs.push_back(u);
+      const std::vector<Expr> slopes = gradient(u, unknowns);
+      outputs.insert(outputs.end(), slopes.begin(), slopes.end());
+    }
   }
   kernel_ = codegen::Kernel(outputs, problem.arguments());
   out_.resize(outputs.size());
@@ -105,42 +132,44 @@ void UniquenessCheck::evaluate(const Point& point) {
 }
 
 std::string UniquenessCheck::at(RhsSolver& derivative, const Point& point, const Tolerances& tolerances) {
-  constexpr double located = 1e-10;  // of the size of u: what a root of it is off by
-  if (roots_.empty()) return "";
-  const Eigen::Index n = point.x.size();
-  evaluate(point);
-  const std::vector<double> here = out_;
-  for (std::size_t k = 0; k < roots_.size(); ++k) {
-    const double* row = here.data() + k * static_cast<std::size_t>(n + 2);
-    const Eigen::Map<const Vec> slopes(row + 2, n);
-    Vec weight(n);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const double least = tolerances.rtol[i] > 0 ? tolerances.atol[i] / tolerances.rtol[i] : 1.0;
-      weight[i] = std::max(std::fabs(point.x[i]), least) * slopes[i];
-    }
-    const double size = weight.cwiseAbs().sum();
-    if (!(std::fabs(row[0]) <= located * size)) continue;
-    // the shortest way to u = 1, each state in units of its size
-    Vec direction = Vec::Zero(n);
-    for (Eigen::Index i = 0; i < n; ++i)
-      if (slopes[i] != 0) direction[i] = weight[i] * weight[i] / (slopes[i] * weight.squaredNorm());
-    Point on = point;
-    on.x -= row[0] * direction;
-    if (escapes(k, derivative, on, direction, size)) {
-      return text("not unique from t = ", rounded(point.t, 6), " on: ", to_text(roots_[k].argument),
+  for (std::size_t k = 0; k < roots_.size(); ++k)
+    if (leaves_from(k, derivative, point, tolerances))
+      return text("not unique from t = ", rounded(point.t, 6), " on: ", to_text(roots_[k].chain[0]),
                   " = 0 there, where ", to_text(roots_[k].node),
                   " has an infinite slope; one solution stays, others leave");
-    }
-  }
   return "";
+}
+
+bool UniquenessCheck::leaves_from(std::size_t k, RhsSolver& derivative, const Point& point,
+                                  const Tolerances& tolerances) {
+  constexpr double located = 1e-10;  // of the size of u: what a root of it is off by
+  evaluate(point);
+  const auto m = static_cast<Eigen::Index>(roots_[k].chain.size());
+  Vec unit(states_), value(m);
+  for (Eigen::Index i = 0; i < states_; ++i)
+    unit[i] = std::max(std::fabs(point.x[i]),
+                       tolerances.rtol[i] > 0 ? tolerances.atol[i] / tolerances.rtol[i] : 1.0);
+  Mat weight(m, states_);
+  for (Eigen::Index i = 0; i < m; ++i) {
+    const double* u = row(k, static_cast<std::size_t>(i));
+    value[i] = u[0];
+    weight.row(i) = Eigen::Map<const Vec>(u + 2, states_).cwiseProduct(unit).transpose();
+    if (!(std::fabs(u[0]) <= located * weight.row(i).cwiseAbs().sum())) return false;
+  }
+  // the shortest way to u = 1 with u′, u″ … as they are, each state in units of its size
+  const Mat ways = weight.completeOrthogonalDecomposition().pseudoInverse();
+  const Vec direction = unit.cwiseProduct(ways.col(0));
+  if (!direction.allFinite()) return false;
+  Point on = point;
+  on.x -= unit.cwiseProduct(ways * value);
+  return escapes(k, derivative, on, direction, weight.row(0).cwiseAbs().sum());
 }
 
 double UniquenessCheck::rate(std::size_t k, RhsSolver& derivative, Point point) {
   if (!derivative(point.t, point.x.data(), point.xdot.data(), point.z.data())) return std::nan("");
   evaluate(point);
-  const Eigen::Index n = point.x.size();
-  const double* row = out_.data() + k * static_cast<std::size_t>(n + 2);
-  return row[1] + Eigen::Map<const Vec>(row + 2, n).dot(point.xdot);
+  const double* last = row(k, roots_[k].chain.size() - 1);
+  return last[1] + Eigen::Map<const Vec>(last + 2, states_).dot(point.xdot);
 }
 
 bool UniquenessCheck::escapes(std::size_t k, RhsSolver& derivative, const Point& on, const Vec& direction,
@@ -153,7 +182,7 @@ bool UniquenessCheck::escapes(std::size_t k, RhsSolver& derivative, const Point&
       Point beside = on;
       beside.x += side * distance * size * direction;
       const double outward = side * rate(k, derivative, beside);
-      const double u = out_[k * out_.size() / roots_.size()];
+      const double u = row(k, 0)[0];
       return side * u > 0 ? outward : -1.0;  // beyond a kink u does not grow as its gradient says
     };
     const double wide = away(far), narrow = away(near);

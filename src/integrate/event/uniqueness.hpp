@@ -5,6 +5,9 @@
 // the root moves away from 0 at a rate u′ ~ |u|^q, 0 < q < 1: then ∫ du/u′, the time it takes, is finite (Osgood's
 // criterion: Hartman, Ordinary Differential Equations, ch. III, cor. 6.2). A tank that runs empty, h′ = -√h, moves
 // towards 0, and q = 0 where the solution passes; both are unique.
+//
+// At second order, x″ = √|x|, u is left from rest: u = u′ = 0, and u″ ~ |u|^q beside it. From u = 0 then
+// u′ = √(2 ∫ u″ du) ~ u^((1+q)/2), which for q < 1 is the case above. So for u⁽ᵏ⁾ ~ |u|^q, with u … u⁽ᵏ⁻¹⁾ all 0.
 #pragma once
 
 #include <string>
@@ -19,7 +22,7 @@ namespace pendula::integrate {
 class UniquenessCheck {
  public:
   /// Of the roots √u and u^q, 0 < q < 1, in a problem's equations those whose u contains t, states and parameters only;
-  /// |v|, max(v, 0) and 2 v count as v. Cost: one pass over the equations, remembered for the next run.
+  /// |v|, max(v, 0) and 2 v count as v. Of u′, u″ … those that contain nothing else either, nor a root. Cost: one pass over the equations, remembered for the next run.
   explicit UniquenessCheck(const Problem& problem);
   bool empty() const { return roots_.empty(); }
 
@@ -28,19 +31,27 @@ class UniquenessCheck {
   std::string at(RhsSolver& derivative, const Point& point, const Tolerances& tolerances);
 
  private:
-  /// u, and what makes it 0.
+  /// u, u′, u″ … as far as they are functions of t and the states without roots, and the root of u.
   struct Root {
-    Expr argument, node;
+    std::vector<Expr> chain;
+    Expr node;
   };
   static std::vector<Root> roots_of(const Problem& problem);
   void evaluate(const Point& point);
-  /// d/dt of argument k, if the solution went through this point.
+  /// Of the last evaluation: u⁽ⁱ⁾ of root k, ∂u⁽ⁱ⁾/∂t, ∂u⁽ⁱ⁾/∂x.
+  const double* row(std::size_t k, std::size_t i) const {
+    return out_.data() + (first_[k] + i) * static_cast<std::size_t>(states_ + 2);
+  }
+  /// d/dt of the last of chain k, if the solution went through this point.
   double rate(std::size_t k, RhsSolver& derivative, Point point);
+  bool leaves_from(std::size_t k, RhsSolver& derivative, const Point& point, const Tolerances& tolerances);
   bool escapes(std::size_t k, RhsSolver& derivative, const Point& on, const Vec& direction, double size);
 
   ProblemPtr problem_;
   std::vector<Root> roots_;
-  codegen::Kernel kernel_;  ///< of each root u, ∂u/∂t, ∂u/∂x
+  std::vector<std::size_t> first_;  ///< place of each chain among all of them
+  Eigen::Index states_ = 0;
+  codegen::Kernel kernel_;  ///< of all chains u, ∂u/∂t, ∂u/∂x
   std::vector<double> out_;
 };
 

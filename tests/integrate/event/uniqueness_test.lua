@@ -44,6 +44,33 @@ test("the same in other units", function()
   end
 end)
 
+test("at rest on a root of second and third order", function()
+  local v = var "v_rest"
+  for _, method in ipairs { "auto", "radau", "dopri5", "rodas", "bdf" } do
+    local said = remark({ der(x, 2) ~ sqrt(abs(x)) }, { x = 0, [der(x)] = 0 }, 1, { method = method })
+    expect(said):matches "^not unique from t = 0 on: x = 0 there, where √|x|"
+  end
+  expect(remark({ der(x) ~ v, der(v) ~ 3*abs(x)^(1/3) }, { x = 0, [v] = 0 }, 1)):matches "x = 0"
+  expect(remark({ der(x) ~ v, 2*der(v) ~ q, 0 ~ q - c*sqrt(max(x, 0)) }, { x = 0, [v] = 0 }, 1)):matches "x = 0"
+  expect(remark({ der(x, 3) ~ sqrt(abs(x)) }, { x = 0, [der(x)] = 0, [der(x, 2)] = 0 }, 1)):matches "x = 0"
+  expect(remark({ der(x, 2) ~ sqrt(abs(x - t)) }, { x = 0, [der(x)] = 1 }, 1)):matches "x %- t = 0"
+  for _, s in ipairs { 1e-9, 1e6 } do  -- in other units
+    for _, T in ipairs { 1e-6, 1e4 } do
+      local said = remark({ der(x, 2) ~ math.sqrt(s)/T^2*sqrt(abs(x)) }, { x = 0, [der(x)] = 0 }, T)
+      expect(said):matches "not unique"
+    end
+  end
+end)
+
+test("of second order with one solution only", function()
+  local function falls(f, x0, v0) return remark({ der(x, 2) ~ f }, { x = x0, [der(x)] = v0 }, 1) end
+  expect(falls(sqrt(abs(x)), 0, 1)):equals ""  -- passes
+  expect(falls(sqrt(abs(x)), 0, -0.1)):equals ""
+  expect(falls(1 + sqrt(abs(x)), 0, 0)):equals ""  -- is pushed off
+  expect(falls(-sign(x)*sqrt(abs(x)), 0, 0)):equals ""  -- is pulled back
+  expect(falls(abs(x)^1.5, 0, 0)):equals ""  -- a finite slope
+end)
+
 test("one solution only", function()
   local outflow = -c*sqrt(max(x, 0))
   expect(remark({ der(x) ~ outflow }, { x = 0.2 }, 2)):equals ""  -- a tank runs empty
