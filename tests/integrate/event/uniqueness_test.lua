@@ -52,7 +52,8 @@ test("at rest on a root of second and third order", function()
   end
   expect(remark({ der(x) ~ v, der(v) ~ 3*abs(x)^(1/3) }, { x = 0, [v] = 0 }, 1)):matches "x = 0"
   expect(remark({ der(x) ~ v, 2*der(v) ~ q, 0 ~ q - c*sqrt(max(x, 0)) }, { x = 0, [v] = 0 }, 1)):matches "x = 0"
-  expect(remark({ der(x, 3) ~ sqrt(abs(x)) }, { x = 0, [der(x)] = 0, [der(x, 2)] = 0 }, 1)):matches "x = 0"
+  local at_rest = { x = 0, [der(x)] = 0, [der(x, 2)] = 0 }
+  expect(remark({ der(x, 3) ~ sqrt(abs(x)) }, at_rest, 1)):matches "x = 0"
   expect(remark({ der(x, 2) ~ sqrt(abs(x - t)) }, { x = 0, [der(x)] = 1 }, 1)):matches "x %- t = 0"
   for _, s in ipairs { 1e-9, 1e6 } do  -- in other units
     for _, T in ipairs { 1e-6, 1e4 } do
