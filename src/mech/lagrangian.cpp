@@ -11,6 +11,7 @@
 #include "expr/graph/depends_on.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
+#include "mech/redundancy.hpp"
 
 namespace pendula::mech {
 VecX dot(const VecX& q, int order) {
@@ -75,27 +76,18 @@ void check_constraints(const Lagrangian& s) {
   }
 }
 
-/// Rank of ∂C/∂q: rows that depend on the others are redundant, and their multipliers would not be
-/// determined.
-void check_redundancy(const Lagrangian& s, const std::vector<Entry>& dCdq) {
-  const auto n = static_cast<int>(s.q.size()), m = static_cast<int>(s.C.size());
-  const auto rank_of_first = [&](int rows) {
-    std::vector<Entry> part = dCdq;
-    std::erase_if(part, [&](const Entry& e) { return e.row >= rows; });
-    return dae::generic_rank(part, rows, n).rank;
-  };
-  if (rank_of_first(m) == m) return;
-  for (int i = 1; i <= m; ++i) {
-    if (rank_of_first(i) == i) continue;
-    throw Error(text("constraint C[", i, "] = ", to_text(s.C[i - 1]),
-                     " is redundant: its gradient depends on those of the constraints before it, so the "
-                     "multipliers would not be determined. Remove it from C"));
-  }
+/// The rows of ∂C/∂q of these constraints.
+std::vector<Entry> rows_of(const std::vector<Entry>& dCdq, const std::vector<int>& constraints) {
+  std::vector<Entry> part;
+  for (const Entry& e : dCdq)
+    if (const auto at = std::find(constraints.begin(), constraints.end(), e.row); at != constraints.end())
+      part.push_back({static_cast<int>(at - constraints.begin()), e.column, e.value});
+  return part;
 }
 
-/// W must be regular on ker ∂C/∂q: exactly then [W Cqᵀ; Cq 0] is regular (Cq has full rank here).
-void check_mass(const Lagrangian& s, const std::vector<Entry>& M, const std::vector<Entry>& dCdq) {
-  const auto n = static_cast<int>(s.q.size()), m = static_cast<int>(s.C.size());
+/// W must be regular on ker ∂C/∂q: exactly then [W Cqᵀ; Cq 0] is regular (the m rows of Cq are independent).
+void check_mass(const Lagrangian& s, const std::vector<Entry>& M, const std::vector<Entry>& dCdq, int m) {
+  const auto n = static_cast<int>(s.q.size());
   std::vector<Entry> list = M;
   for (const Entry& e : dCdq) {
     list.push_back({n + e.row, e.column, e.value});
@@ -157,14 +149,18 @@ dae::ModelPtr lagrange(const Lagrangian& s) {
     mech.rhs[i] = simplify(mech.Q[i] + slope[i] - substitute(total_derivative(momentum[i]), at_rest));
   mech.dCdq = simplified(sparse_jacobian(entries(s.C), entries(s.q)));
   mech.multipliers = multipliers(s);
-  check_redundancy(s, mech.dCdq);
-  check_mass(s, mech.M, mech.dCdq);
+  const Redundancy redundant = redundancy(s.C, s.q, mech.dCdq);
+  check_mass(s, mech.M, rows_of(mech.dCdq, redundant.kept), static_cast<int>(redundant.kept.size()));
 
+  const auto count = static_cast<Index>(redundant.kept.size());
   VecX left = VecX::Zero(n);
   for (const Entry& e : mech.M) left[e.row] += e.value * a[e.column];
   for (const Entry& e : mech.dCdq) left[e.column] += e.value * mech.multipliers[e.row];
   std::vector<dae::Block> blocks{{left, mech.rhs, ""}};
-  if (s.C.size()) blocks.push_back({VecX::Zero(s.C.size()), s.C, ""});
+  for (std::size_t k = 0; k < redundant.words.size(); ++k)
+    blocks.push_back({VecX::Zero(1), VecX::Constant(1, redundant.combination[k].dot(mech.multipliers)),
+                      redundant.words[k] + ": z of least norm"});
+  if (s.C.size()) blocks.push_back({VecX::Zero(count), s.C(redundant.kept), ""});
   dae::ModelOptions options;
   options.name = s.name;
   options.x.assign(s.q.begin(), s.q.end());

@@ -102,7 +102,7 @@ local typed = {
   { "lagrange { q = {x, x}, T = x.dot^2 }", "twice" }, { "lagrange { q = {m}, T = x.dot^2 }", "variables" },
     { "lagrange { q = {}, T = x.dot^2 }", "" },
   { "lagrange { q = {x}, T = x.dot^2/2, C = { m - 1 } }", "coordinate" },
-    { "lagrange { q = {x}, T = x.dot^2/2, C = { x - 1, 2*x - 2 } }", "redundant" },
+    { "lagrange { q = {x}, T = x.dot^2/2, C = { x - 1, 2*x - 3 } }", "contradicts" },
   { "lagrange { q = {x, y}, T = x.dot^2/2 }", "y" },
     { "lagrange { q = {x}, T = x.dot^2/2, Q = {1, 2} }", "2" },
   { "lagrange { q = {x}, T = x.dot^2/2 + y.dot^2 }", "y" },

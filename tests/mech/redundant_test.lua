@@ -101,3 +101,48 @@ test("a run ends where the chosen constraints allow what the others do not", fun
     end
   end
 end)
+
+-- A constraint written twice, a multiple or a sum of others: the same motion, and forces of least norm.
+test("constraints that follow from others", function()
+  local x, y, w, L = var "x", var "y", var "w", param("L", 3)
+  local g, h = x^2 + y^2 - 1, w - x
+  local function model(C)
+    return lagrange { q = vec{x, y, w}, T = (x.dot^2 + y.dot^2 + w.dot^2)/2, V = 9.81*y, C = C }
+  end
+  local request = { fix = { [y] = 0, [y.dot] = 0.5 }, guess = { x = 1, w = 1 } }
+  local plain = model { g, h }
+  local a = plain:init(request)
+  local wanted = plain:reduce():integrate { start = a, to = 1, rtol = 1e-11 }(y, 1)
+  local z = plain.multipliers
+  local cases = {             -- C; each z of least norm as a share of which multiplier of the plain model
+    { { g, h, g }, { 1/2, 1, 1/2 }, { 1, 2, 1 } },
+    { { g, h, 2*g }, { 1/5, 1, 2/5 }, { 1, 2, 1 } },
+    { { L*g, g, h }, { 3/10, 1/10, 1 }, { 1, 1, 2 } },
+    { { g, (x + y)^2 - 2*x*y - 1, h }, { 1/2, 1/2, 1 }, { 1, 1, 2 } },
+  }
+  for _, case in ipairs(cases) do
+    local twice = model(case[1])
+    expect(twice:index()):equals(3)
+    expect(twice:dof()):equals(2)
+    local start = twice:init(request)
+    for k, share in ipairs(case[2]) do
+      expect(start(twice.multipliers[k])):near(share * a(z[case[3][k]]), 1e-9)
+    end
+    for _, form in ipairs { "acc", "ggl", "baumgarte", "project", "dummy", "ode", "array" } do
+      local low = twice:reduce(form, form == "array" and { at = start } or nil)
+      local sol = low:integrate { start = start, to = 1, rtol = 1e-10, atol = 1e-12 }
+      expect(form .. " " .. sol.status):equals(form .. " finished")
+      expect(math.abs(sol(y, 1) - wanted) < 1e-7):equals(true)
+    end
+  end
+  local sum = model { g, h, g + h }            -- z of least norm is orthogonal to (1, 1, -1)
+  local start = sum:init(request)
+  local m = sum.multipliers
+  expect(start(m[1] + m[2] - m[3])):near(0, 1e-12)
+  expect(start(m[1] + m[3])):near(a(z[1]), 1e-9)
+  expect(start(m[2] + m[3])):near(a(z[2]), 1e-9)
+  expect(tostring(sum)):matches "C₃ follows from C₁, C₂: z of least norm"
+  expect(tostring(model { g, 2*g, h }:reduce "acc":trace())):matches "C₃′ = 0"  -- names as they were given
+  expect(function() model { g, h, g + h - 1 } end):fails "contradicts C₁, C₂: together they say 0 = -1"
+  expect(function() model { g, sin(g) } end):fails "with factors that contain coordinates"
+end)

@@ -153,6 +153,7 @@ void tell_solution(const Remainder& r, const MatX& A, std::vector<std::string>& 
 
 void tell_mechanics(const Model& m, std::vector<std::string>& lines) {
   if (!m.mechanics || m.mechanics->C.size() == 0) return;
+  if (m.blocks.back().rhs.size() < m.mechanics->C.size()) return;  // rows for z of least norm are in it
   lines.push_back(told_from(Detail::full,
                             text("     It is  ", formula("[W Cqᵀ; Cq 0]"), "  with  ", formula("Cq = ∂C/∂q"),
                                  ": regular where ", formula("W > 0"), " on ker ", formula("Cq"))));

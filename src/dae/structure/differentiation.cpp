@@ -31,8 +31,12 @@ Substitution kinematics(const Model& m) {
 
 std::string constraint_label(const Model& m, std::size_t residual, int k) {
   const auto [block, row] = m.origin[residual];
-  if (m.mechanics && row < m.mechanics->C.size() && block == static_cast<int>(m.blocks.size()) - 1)
-    return (m.mechanics->C.size() == 1 ? "C" : "C" + subscript(row + 1)) + primes(k);
+  if (m.mechanics && row < m.mechanics->C.size() && block == static_cast<int>(m.blocks.size()) - 1) {
+    const VecX& C = m.mechanics->C;  // of these, the rows are those that follow from no others
+    const auto at = std::find(C.begin(), C.end(), m.blocks[block].rhs[row]);
+    const auto place = at == C.end() ? row : static_cast<int>(at - C.begin());
+    return (C.size() == 1 ? "C" : "C" + subscript(place + 1)) + primes(k);
+  }
   return m.label(residual) + primes(k);
 }
 

@@ -181,7 +181,8 @@ extern const Module mech_module = {
     {
         {"lagrange", lagrange, R"(lagrange{ q =, T =, V =, C =, Q =, multipliers = "z", name = } -> model)",
          R"(d/dt ∂L/∂q′ - ∂L/∂q = Q with L = T - V - zᵀC: the equations W(q) q″ + (∂C/∂q)ᵀ z = rhs, 0 =
-            C(q).)",
+            C(q). Constraints that follow from others (a multiple, a sum) change nothing: z are then those of
+            least norm, which the model says.)",
          "th = var \"theta\"  m, g, l = params \"m g l\"  return lagrange{ q = {th}, T = m*l^2*th.dot^2/2, "
          "V = -m*g*l*cos(th) }.rhs[1]",
          "-m g l sin(θ)", &lagrange_options},
