@@ -7,6 +7,7 @@
 //   mass        M x′ = f with tridiagonal M: classified by the rank of ∂F/∂x′
 #include <benchmark/benchmark.h>
 
+#include "dae/model/make_model.hpp"
 #include "dae/report/structure_report.hpp"
 
 using namespace pendula;

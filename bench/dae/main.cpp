@@ -31,7 +31,8 @@ integrate::Point point_of(const dae::FirstOrder& form, const dae::ConsistentStat
   p.z.resize(static_cast<Eigen::Index>(form.z.size()));
   for (std::size_t i = 0; i < form.x.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
-    p.x[k] = value(form.x[i]), p.xdot[k] = value(derivative_leaf(form.x[i]));
+    p.x[k] = value(form.x[i]);
+    p.xdot[k] = value(derivative_leaf(form.x[i]));
   }
   for (std::size_t i = 0; i < form.z.size(); ++i) p.z[static_cast<Eigen::Index>(i)] = value(form.z[i]);
   return p;
@@ -41,6 +42,30 @@ std::string name_of(Expr leaf) {
   const Symbol& s = symbol_of(leaf);
   return s.name + std::string(static_cast<std::size_t>(s.order), '\'');
 }
+
+const lua::OptionTable place_options = {
+    {"start", "start or table", "", "where it begins", "@variables"},
+    {"to", "number", "", "the end of the interval, in s"},
+    {"from", "number", "0", "the time of the start, in s"},
+    {"params", "table", "", "values of parameters", "@parameters"},
+    {"inputs", "table", "", "functions of time", "@inputs"},
+};
+const lua::OptionTable tolerance_options = {
+    {"rtol", "number", "1e-6", "relative tolerance"},
+    {"atol", "number", "", "absolute tolerance; without it rtol"},
+};
+const lua::OptionTable peer_options = lua::joined(place_options, tolerance_options);
+const lua::OptionTable ida_options = lua::joined(
+    peer_options, {{"sparse", "boolean", "false", "KLU in place of dense matrices"},
+                   {"suppress", "boolean", "true", "algebraic variables are left out of the error test"},
+                   {"coefficient", "number", "", "of the test of convergence; without it IDA's own"},
+                   {"flush", "boolean", "false", "denormal numbers are taken for 0"}});
+const lua::OptionTable quad_options =
+    lua::joined(place_options, {{"tolerance", "number", "", "of a step"},
+                                {"size", "number", "", "below which unknowns are measured absolutely"},
+                                {"stages", "integer", "7", "of the collocation method"},
+                                {"gauss", "boolean", "false", "Gauss in place of Radau points"},
+                                {"breaks", "list", "", "times at which derivatives jump"}});
 
 /// What every peer is given: the model with numbers, at its start.
 struct Given {
@@ -64,12 +89,13 @@ struct Given {
 };
 
 int quad(Call& call) {
-  const lua::Options options = call.options(
-      2, {"start", "to", "tolerance", "size", "stages", "gauss", "breaks", "inputs", "params", "from"});
+  const lua::Options options = call.options(2, quad_options);
   const Given given(call, options);
   QuadOptions o;
-  o.to = options.number("to"), o.tolerance = options.number("tolerance", o.tolerance);
-  o.size = options.number("size", o.size), o.stages = static_cast<int>(options.number("stages", 7));
+  o.to = options.number("to");
+  o.tolerance = options.number("tolerance", o.tolerance);
+  o.size = options.number("size", o.size);
+  o.stages = static_cast<int>(options.number("stages", 7));
   o.gauss = options.boolean("gauss", false);
   if (options.has("breaks")) {
     const int list = options.push("breaks");
@@ -83,7 +109,8 @@ int quad(Call& call) {
     lua_pushstring(L, result.y[k].c_str());
     lua_setfield(L, -2, given.name(k).c_str());
   }
-  lua_pushnumber(L, static_cast<double>(result.steps)), lua_setfield(L, -2, "steps");
+  lua_pushnumber(L, static_cast<double>(result.steps));
+  lua_setfield(L, -2, "steps");
   return 1;
 }
 
@@ -94,33 +121,45 @@ int push(Call& call, const Given& given, const IdaResult& result) {
     lua_pushnumber(L, result.y[i]);
     lua_setfield(L, -2, given.name(static_cast<std::size_t>(i)).c_str());
   }
-  const auto set = [&](const char* key, double v) { lua_pushnumber(L, v), lua_setfield(L, -2, key); };
-  set("seconds", result.seconds), set("steps", static_cast<double>(result.steps));
-  set("residuals", static_cast<double>(result.residuals)),
-      set("jacobians", static_cast<double>(result.jacobians));
-  if (!result.trouble.empty()) lua_pushstring(L, result.trouble.c_str()), lua_setfield(L, -2, "trouble");
+  const auto set = [&](const char* key, double v) {
+    lua_pushnumber(L, v);
+    lua_setfield(L, -2, key);
+  };
+  set("seconds", result.seconds);
+  set("steps", static_cast<double>(result.steps));
+  set("residuals", static_cast<double>(result.residuals));
+  set("jacobians", static_cast<double>(result.jacobians));
+  if (!result.trouble.empty()) {
+    lua_pushstring(L, result.trouble.c_str());
+    lua_setfield(L, -2, "trouble");
+  }
   return 1;
 }
 
-int ida(Call& call) {
-  const lua::Options options = call.options(2, {"start", "to", "rtol", "atol", "sparse", "suppress",
-                                                "coefficient", "flush", "inputs", "params", "from"});
-  const Given given(call, options);
+IdaOptions tolerances_of(const lua::Options& options) {
   IdaOptions o;
-  o.to = options.number("to"), o.rtol = options.number("rtol", 1e-6), o.atol = options.number("atol", o.rtol);
-  o.sparse = options.boolean("sparse", false), o.suppress_algebraic = options.boolean("suppress", true);
-  o.newton_coefficient = options.number("coefficient", 0),
+  o.to = options.number("to");
+  o.rtol = options.number("rtol", 1e-6);
+  o.atol = options.number("atol", o.rtol);
+  return o;
+}
+
+int ida(Call& call) {
+  const lua::Options options = call.options(2, ida_options);
+  const Given given(call, options);
+  IdaOptions o = tolerances_of(options);
+  o.sparse = options.boolean("sparse", false);
+  o.suppress_algebraic = options.boolean("suppress", true);
+  o.newton_coefficient = options.number("coefficient", 0);
   o.flush_denormals = options.boolean("flush", false);
   return push(call, given, run_ida(*given.problem, given.from, o));
 }
 
 template <OdePeer peer>
 int ode_peer(Call& call) {
-  const lua::Options options = call.options(2, {"start", "to", "rtol", "atol", "inputs", "params", "from"});
+  const lua::Options options = call.options(2, peer_options);
   const Given given(call, options);
-  IdaOptions o;
-  o.to = options.number("to"), o.rtol = options.number("rtol", 1e-6), o.atol = options.number("atol", o.rtol);
-  return push(call, given, run_ode_peer(*given.problem, given.from, peer, o));
+  return push(call, given, run_ode_peer(*given.problem, given.from, peer, tolerances_of(options)));
 }
 
 const lua::Module module = {
