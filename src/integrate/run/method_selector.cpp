@@ -68,6 +68,17 @@ void MethodSelector::change_if_it_pays() {
     leave_implicit();
   else if (state_.stepper().is_stiff())
     leave_explicit();
+  else if (past_.compare_at > 0)
+    judge_change();
+}
+
+double MethodSelector::work() {
+  const Stats& s = state_.stats();
+  // an evaluation, and a stage's share of a solution
+  const int passes = state_.stepper().is_explicit() ? 1 : 2;
+  const double factorisation = implicit_cost(state_.problem->n() + state_.problem->m());
+  return static_cast<double>(passes * s.evaluations + s.newton_iterations + s.jacobians) +
+         factorisation * static_cast<double>(s.factorisations);
 }
 
 void MethodSelector::leave_explicit() {
@@ -80,11 +91,30 @@ void MethodSelector::leave_explicit() {
          "stiff: stability, not accuracy, limited the steps");
 }
 
+/// Eigenvalues tell the steps that stability allows, not those that accuracy asks for, nor what z costs in each of them:
+/// an explicit method that has turned out to be more work than the implicit one before is left again.
+void MethodSelector::judge_change() {
+  constexpr double clearly = 1.2;
+  const long steps = state_.stats().steps;
+  if (steps == past_.begin_at) {
+    past_.t = state_.stepper().here().t;
+    past_.work = work();
+  }
+  if (steps < past_.compare_at) return;
+  past_.compare_at = 0;
+  const double elapsed = state_.stepper().here().t - past_.t;
+  if (work() - past_.work <= clearly * past_.per_time * elapsed) return;
+  look_.apart = 4 * look_.apart;
+  look_ = {state_.stats().steps + look_.apart, look_.apart, 0};
+  change(implicit_family(*state_.problem, method_, state_.plan), past_.dt,
+         "the explicit method takes more work: its steps are too short, or z costs too much in each");
+}
+
 /// Eigenvalues are looked at seldom, and twice, some steps apart: where a relaxation oscillation jumps it is not stiff
 /// for a moment. Every change makes the next one less likely.
 void MethodSelector::leave_implicit() {
-  constexpr long few = 10, seldom = 400;  // steps
-  constexpr double worth = 50;            // steps that remain
+  constexpr long few = 10, seldom = 400, first = 5, enough = 20;  // steps
+  constexpr double worth = 50;                                    // steps that remain
   const long steps = state_.stats().steps;
   if (steps < look_.next) return;
   const bool high_index = std::any_of(state_.plan.variable_index.begin(), state_.plan.variable_index.end(),
@@ -99,8 +129,16 @@ void MethodSelector::leave_implicit() {
     return;
   }
   look_.next = steps + few;
-  if (++look_.favourable < 2) return;
+  if (++look_.favourable < 2) {
+    past_.t = here.t;
+    past_.work = work();
+    return;
+  }
   look_.apart = 4 * look_.apart;
+  past_.per_time = (work() - past_.work) / (here.t - past_.t);
+  past_.dt = dt;
+  past_.begin_at = steps + first;
+  past_.compare_at = steps + enough;
   method_.tableau = explicit_pair_for(method_, state_.plan);
   change(family::explicit_pair, 0, "no longer stiff: eigenvalues of ∂x′/∂x are small beside 1/(step size)");
 }

@@ -29,6 +29,9 @@ class MethodSelector {
   void change(const MethodFamily& family, double dt, const std::string& why);
   void leave_explicit();
   void leave_implicit();
+  void judge_change();
+  /// Passes over the nonzeros of the equations so far, a factorisation counting as several.
+  double work();
 
   AdaptiveState& state_;
   Method method_;
@@ -39,6 +42,12 @@ class MethodSelector {
   struct {
     long next = 25, apart = 25, favourable = 0;
   } look_;
+  /// What an implicit method has cost, until the explicit one that follows has been compared with it.
+  struct {
+    double t = 0, work = 0;             ///< where counting began
+    double per_time = 0, dt = 0;        ///< the implicit method's work, and its last step
+    long begin_at = 0, compare_at = 0;  ///< steps: first ones are small; 0: nothing to compare
+  } past_;
 };
 
 }  // namespace pendula::integrate

@@ -73,3 +73,30 @@ test("an algebraic unknown, and an event behind the change", function()
   expect((road(sol))):equals(1)
   expect(sol(z, 222.2)):near(math.cos(5*222.2), 1e-6)
 end)
+
+-- Eigenvalues let an explicit method take long steps, but each solves nine cubic equations at every stage,
+-- and fast swings keep its steps short: it is tried and left.
+test("inverters in a ring: the explicit method that is more work is left again", function()
+  local N = 9
+  local v, w = var("v", N), var("w", N)
+  local start, equations = {}, {}
+  for k = 1, N do
+    start[k] = math.sin(2*k)
+    equations[#equations + 1] = der(v[k]) ~ 4*(w[k] - v[k])
+    equations[#equations + 1] = 0 ~ w[k] + w[k]^3/10 + tanh(3*v[k > 1 and k - 1 or N])
+  end
+  local ring = dae(equations)
+  for _, rtol in ipairs { 1e-5, 1e-7 } do
+    local function run(method)
+      return ring:integrate { start = { [v] = start }, to = 50, rtol = rtol, atol = rtol,
+        method = method }
+    end
+    local radau, sol = run "radau", run()
+    local changes, last = road(sol)
+    expect(last):equals "radau"
+    expect(changes <= 4):is_true()
+    expect(sol:stats().evaluations < 1.15*radau:stats().evaluations):is_true()
+    expect(sol:stats().why):matches "the explicit method takes more work"
+    for k = 1, N do expect(sol(v[k], 50)):near(radau(v[k], 50), 1e3*rtol) end
+  end
+end)
