@@ -11,12 +11,12 @@
 namespace pendula::integrate {
 namespace {
 
-/// out[k] = x[k] + h Σ aⱼ Kⱼ[k], sixteen components at a time so that the sums stay in registers.
-template <class Row>
-[[gnu::always_inline]] inline void combined(int n, const double* x, double h, const Row& row, const double* K,
-                                            double* out) {
-  constexpr int wide = 16, parts = 4;
-  int k = 0;
+/// out[k] = x[k] + h Σ aⱼ Kⱼ[k] from k on, 4 · parts components at a time so that the sums stay in registers, as far as
+/// they go; the next k.
+template <int parts, class Row>
+[[gnu::always_inline]] inline int combined_wide(int k, int n, const double* x, double h, const Row& row,
+                                                const double* K, double* out) {
+  constexpr int wide = 4 * parts;
   for (; k + wide <= n; k += wide) {
     Four sum[parts] = {};
     Four part;
@@ -34,6 +34,14 @@ template <class Row>
       store(out + k + 4 * l, part + h * sum[l]);
     }
   }
+  return k;
+}
+
+template <class Row>
+[[gnu::always_inline]] inline void combined(int n, const double* x, double h, const Row& row, const double* K,
+                                            double* out) {
+  int k = combined_wide<4>(0, n, x, h, row, K, out);
+  k = combined_wide<1>(k, n, x, h, row, K, out);
   for (; k < n; ++k) {
     double sum = 0;
     for (const auto& term : row) sum += term.factor * K[static_cast<std::ptrdiff_t>(term.stage) * n + k];
@@ -53,7 +61,7 @@ const bool has_avx2 = __builtin_cpu_supports("avx2");
 template <class Row>
 void combine(int n, const double* x, double h, const Row& row, const double* K, double* out) {
 #if defined(__x86_64__) && defined(__GNUC__)
-  constexpr int large = 64;
+  constexpr int large = 12;
   if (n >= large && has_avx2) return combine_avx2(n, x, h, row, K, out);
 #endif
   combined(n, x, h, row, K, out);
