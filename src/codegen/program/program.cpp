@@ -1,7 +1,10 @@
 // Expr graph -> program.
 #include "codegen/program/program.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cstdlib>
+#include <map>
 #include <optional>
 #include <unordered_map>
 
@@ -20,6 +23,15 @@ long half_exponent(Expr node) {
   return n && n->get_den() <= 2 && abs(*n) <= 16 ? mpq_class(*n * 2).get_num().get_si() : 0;
 }
 
+/// The difference u of u², u⁻⁴, |u|, which is to the bit what it is of -u. Not cos u: sin u shares its work.
+std::optional<Expr> even_difference(Expr node) {
+  const auto x = node.operands();
+  const long twice = half_exponent(node);
+  const bool even =
+      node.op() == Op::abs || (node.op() == Op::mul && x[0] == x[1]) || (twice != 0 && twice % 4 == 0);
+  return even && x[0].op() == Op::sub ? std::optional(x[0]) : std::nullopt;
+}
+
 class Lowering {
  public:
   Program program;
@@ -33,6 +45,7 @@ class Lowering {
     constant(1.0);  // for negative powers
     for (Expr node : order)
       if (node.op() == Op::solve && !zero_) zero_ = constant(0.0);  // of sparse matrices
+    find_mirrored(order);
     for (Expr node : order)
       if (!values_.has(node)) {
         const Slot value = lower(node);
@@ -69,7 +82,25 @@ class Lowering {
     program.instructions.push_back(instruction);
     return count_++;
   }
-  Slot emit(Op op, Slot a, Slot b = 0, Slot c = 0) { return emit({.op = op, .operand = {a, b, c}}); }
+  Slot emit(Op op, Slot a, Slot b = 0, Slot c = 0) {
+    if (mirrored_.empty()) return emit({.op = op, .operand = {a, b, c}});
+    const auto [known, made] =
+        emitted_.try_emplace(std::array<Slot, 4>{static_cast<Slot>(op), a, b, c}, count_);
+    return made ? emit({.op = op, .operand = {a, b, c}}) : known->second;
+  }
+
+  /// Distances between bodies are written with xᵢ - xⱼ in the equation of one and with xⱼ - xᵢ in that of the other:
+  /// mirrored_ says which of the two every square is taken of, and what is the same then is computed once.
+  void find_mirrored(const std::vector<Expr>& order) {
+    std::map<std::pair<Slot, Slot>, Expr> first;
+    for (Expr node : order) {
+      const auto u = even_difference(node);
+      if (!u) continue;
+      const Slot a = u->operand(0).id(), b = u->operand(1).id();
+      const Expr chosen = first.try_emplace(std::minmax(a, b), *u).first->second;
+      if (chosen != *u) mirrored_[*u] = chosen;
+    }
+  }
 
   Slot lower_solution(Expr node) {
     if (const int k = component_of(node)) {
@@ -171,7 +202,11 @@ class Lowering {
   Slot lower(Expr node) {
     if (node.op() == Op::solve) return lower_solution(node);
     const auto x = node.operands();
-    const Slot a = values_[x[0]];
+    Slot a = values_[x[0]];
+    if (!mirrored_.empty() && even_difference(node)) {
+      if (const auto other = mirrored_.find(x[0]); other != mirrored_.end()) a = values_[other->second];
+      if (node.op() == Op::mul) return emit(Op::mul, a, a);
+    }
     if (const long twice = half_exponent(node)) return half_power(a, twice);
     if (node.op() == Op::sqrt) return root(a);
     return emit(node.op(), a, x.size() > 1 ? values_[x[1]] : 0, x.size() > 2 ? values_[x[2]] : 0);
@@ -205,6 +240,8 @@ class Lowering {
   }
 
   NodeMap<Slot> values_;
+  std::unordered_map<Expr, Expr> mirrored_;
+  std::map<std::array<Slot, 4>, Slot> emitted_;  // operation and operands; where differences are mirrored
   std::unordered_map<Slot, Slot> roots_;
   std::unordered_map<std::uint32_t, Slot> factors_;  // by the number of the matrix
   std::unordered_map<std::uint32_t, SymmetricFactor> symmetric_;
