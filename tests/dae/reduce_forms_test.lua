@@ -169,6 +169,22 @@ test("tolerances by place and by name are those of the first choice of states", 
   end
 end)
 
+test("form array at a start at rest, of equations of second order", function()
+  local x, y, z = vars "x_rest y_rest z_rest"
+  for _, unit in ipairs { { 1, 1 }, { 1e3, 1e3 }, { 1e-3, 1 } } do
+    local L, T = unit[1], unit[2]
+    local g = 9.81*L/T^2
+    local pend = dae { der(x, 2) ~ -2*z*x, der(y, 2) ~ -2*z*y - g, 0 ~ x^2 + y^2 - L^2 }
+    for _, at in ipairs { 0.6, 0, 1e-3 } do
+      local start = pend:init { fix = { [x] = at*L, [x.dot] = 0 }, guess = { [y] = -L } }
+      local expected = pend:reduce():integrate { start = start, to = T, rtol = 1e-11 }(x, T)
+      local sol = pend:reduce("array", { at = start }):integrate { start = start, to = T, rtol = 1e-8 }
+      expect(sol.status):equals "finished"
+      expect(sol(x, T)/L):near(expected/L, 1e-6)
+    end
+  end
+end)
+
 test("form array that was made elsewhere chooses its rows anew at the start", function()
   local x, y, v, w, z = vars "x_el y_el v_el w_el z_el"
   local pend = dae { der(x) ~ v, der(y) ~ w, der(v) ~ -z*x, der(w) ~ -z*y - 9.81, 0 ~ x^2 + y^2 - 1 }

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
+#include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/model/lineage.hpp"
 #include "expr/print/print.hpp"
 
 namespace pendula::dae {
@@ -48,6 +50,33 @@ std::optional<Found> piece_of(Expr node) {
   }
 }
 
+bool is_root(Expr e) {
+  if (e.op() == Op::sqrt) return true;
+  if (e.op() != Op::pow || !e.operand(1).is_constant()) return false;
+  const double q = constant_value(e.operand(1));
+  return q > 0 && q < 1;
+}
+
+/// Does the argument of a root have borders that no equation depends on otherwise: |…|, which has the same slopes on both
+/// sides, or max(x, 0) and the like in t, parameters and states?
+bool hides_borders(Expr root, const Model& model) {
+  bool pieces = false, only_abs = true;
+  for (Expr node : topological({&root, 1})) {
+    if (!piece_of(node)) continue;
+    pieces = true;
+    only_abs = only_abs && node.op() == Op::abs;
+  }
+  const auto is_state = [&](Expr leaf) {
+    return std::any_of(model.variables.begin(), model.variables.end(), [&](const Variable& v) {
+      return v.leaf == symbol_of(leaf).base && symbol_of(leaf).order < v.order;
+    });
+  };
+  const std::vector<Expr> inside = leaves({&root, 1});
+  return pieces && (only_abs || std::all_of(inside.begin(), inside.end(), [&](Expr leaf) {
+                      return symbol_of(leaf).kind != Kind::variable || is_state(leaf);
+                    }));
+}
+
 }  // namespace
 
 bool is_complementarity(Expr residual) {
@@ -56,11 +85,22 @@ bool is_complementarity(Expr residual) {
 }
 
 Choices::Choices(const Model& model) : model_(model) {
-  for (Expr node : topological(model.residuals)) {
-    const auto found = piece_of(node);
-    if (!found) continue;
+  Substitution hidden;
+  const auto used = used_names(model);
+  for (Expr node : topological(model.residuals))
+    if (is_root(node) && hides_borders(node, model)) {
+      const std::string name = text("root_", hidden.size() + 1);
+      const Expr whole = symbol(Kind::variable, fresh_name(used, name, name + "_"));
+      hidden[node] = whole;
+      roots_[whole] = node;
+    }
+  for (Expr& residual : model_.residuals) residual = substitute(residual, hidden);
+  for (Expr node : topological(model_.residuals)) {
+    const auto found = piece_of(node), written = piece_of(substitute(node, roots_));
+    if (!found || !written) continue;
     bool reversed = false;
-    const std::size_t choice = choice_of(found->margin, found->where_first, found->where_second, reversed);
+    const std::size_t choice =
+        choice_of(written->margin, written->where_first, written->where_second, reversed);
     pieces_.push_back({node, found->first, found->second, choice, reversed});
   }
 }
@@ -88,7 +128,7 @@ std::vector<Expr> Choices::with(std::vector<Expr> e, std::uint64_t choice) const
     e = substitute(e, {{pieces_[k].node, chosen(pieces_[k])}});
   for (const Piece& piece : pieces_)
     e = substitute(e, {{piece.node, chosen(piece)}});  // inside what was put in
-  return e;
+  return substitute(e, roots_);
 }
 
 Region Choices::region(std::uint64_t choice) const {
@@ -105,7 +145,7 @@ Region Choices::region(std::uint64_t choice) const {
     for (const Piece& piece : pieces_)
       if (is_complementarity(residual) && (residual == piece.node || residual == -piece.node)) {
         const bool first = ((choice >> piece.choice & 1) != 0) == piece.reversed;
-        const Expr other = first ? piece.second : piece.first;
+        const Expr other = substitute(first ? piece.second : piece.first, roots_);
         r.margins[piece.choice] = piece.node.op() == Op::min ? other : -other;
       }
   return r;

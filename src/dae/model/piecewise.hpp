@@ -19,7 +19,7 @@ struct Region {
 };
 
 /// The branches of a piecewise model: every ifelse, abs, min and max is one of two expressions. Nodes with one
-/// border are one choice.
+/// border are one choice. Those under a root, √|y|, are none: √y, which has no slope at y = 0, would end there.
 class Choices {
  public:
   explicit Choices(const Model& model);
@@ -38,7 +38,8 @@ class Choices {
   std::size_t choice_of(Expr margin, const std::string& first, const std::string& second, bool& reversed);
   std::vector<Expr> with(std::vector<Expr> e, std::uint64_t choice) const;
 
-  Model model_;
+  Model model_;                ///< with a symbol in place of each root that is left as it is
+  Substitution roots_;         ///< these roots
   std::vector<Piece> pieces_;  ///< operands first
   std::vector<Expr> margins_;  ///< of each choice: positive on its first side
   std::vector<std::pair<std::string, std::string>> where_;

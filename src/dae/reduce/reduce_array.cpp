@@ -118,11 +118,20 @@ std::optional<ArrayAt> regular_point(const Model& m, int order,
   const NumericArray numeric(best.array);
   int most = -1;
   std::optional<StagedPoints> staged;
+  const auto point = [&](int seed, const std::unordered_map<Expr, double>& known) {
+    if (staged) return staged->point(seed, near);
+    const auto& x = best.array.states();
+    const bool given = std::all_of(x.begin(), x.end(), [&](Expr leaf) { return near.count(leaf) > 0; });
+    const Vec from = numeric.start(seed, near);
+    // at a consistent start itself: beside one at rest, rows are regular that are not so at rest
+    const auto there = given ? numeric.project(from, known, best.states) : std::nullopt;
+    return there && !there->slow ? there : numeric.project(from, known, 0);
+  };
   for (int attempt = 0; attempt < 2 * seeds && !(attempt >= seeds && most >= 0); ++attempt) {
     const int seed = attempt % seeds;
     if (attempt == seeds) staged.emplace(m, order);
     const auto known = known_values(numeric, m, seed, near);
-    const auto at = staged ? staged->point(seed, near) : numeric.project(numeric.start(seed, near), known, 0);
+    const auto at = point(seed, known);
     if (!at || at->slow) continue;
     const ArrayRanks ranks = numeric.ranks(*at, known);
     if (ranks.y != best.first + ranks.higher || ranks.y < best.first || ranks.all <= most) continue;
@@ -386,7 +395,10 @@ ModelPtr reduce_array(const ModelPtr& model, const ReduceOptions& options) {
   if (without_calls(source->residuals) != source->residuals)
     throw Failure("form \"array\": the model contains unspecified functions; give them as expressions");
   const int index = differentiation_index(*source).index;
-  const auto at = regular_point(*source, index, options.at);
+  auto near = options.at;
+  for (const auto& [leaf, value] : options.at)  // x′ is v_x in a model of second order
+    if (const Expr own = resolve(*source, leaf); own.is_symbol()) near.emplace(own, value);
+  const auto at = regular_point(*source, index, near);
   if (!at)
     throw Failure(
         text("form \"array\": no point was found at which the equations and their derivatives up to order ",

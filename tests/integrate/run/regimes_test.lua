@@ -269,3 +269,22 @@ test("a woodpecker toy: a reset carries it into the other regime, whose index is
   local released = -edge(0)/(edge(1) - edge(0))
   expect(at[2]):near(math.acos((released - b0)/(-5*limit - b0))/omega, 1e-9)
 end)
+
+-- √y in the region y > 0 would end at y = 0, where its slope is infinite: roots are left as they are.
+test("roots of what changes its sign, beside a contact that changes the index", function()
+  local y, x, v, force = vars "y_root x_root v_root force"
+  local flows = { -2 - sqrt(abs(y)), 0.5 - sign(y)*sqrt(abs(y)), -2 - abs(y) - sqrt(abs(y)),
+    -2 - abs(y)^(1/3), -2 - sqrt(ifelse(gt(y, 0), y, -2*y)), -2 - sqrt(abs(y - t)), -2 - sqrt(max(y, 0)),
+    -2 - sqrt(abs(y)) - abs(sqrt(abs(y)) - 0.5) }
+  for _, flow in ipairs(flows) do
+    local alone = dae { der(y) ~ flow } :integrate { start = { [y] = 1 }, to = 3, rtol = 1e-9 }
+    local ball = dae { der(x) ~ v, der(v) ~ -9.81 + force, 0 ~ min(x, force), der(y) ~ flow }
+    local sol = ball:integrate { start = { [x] = 1, [v] = 0, [y] = 1 }, to = 3, rtol = 1e-9 }
+    expect(sol.status):equals "finished"
+    expect(sol(y, 3)):near(alone(y, 3), 1e-5)
+    expect(sol(x, 3)):near(0, 1e-9)
+  end
+  local ball = dae { der(x) ~ v, der(v) ~ -9.81 + force, 0 ~ min(x, force), der(y) ~ -sqrt(abs(y)) }
+  local said = ball:integrate { start = { [x] = 1, [v] = 0, [y] = 1 }, to = 3 } :stats().not_unique
+  expect(said):matches "√|y_root| has an infinite slope"
+end)
