@@ -185,6 +185,18 @@ test("form array at a start at rest, of equations of second order", function()
   end
 end)
 
+test("form array keeps velocities where it chooses other rows, of equations of second order", function()
+  local x, y, ph, th, l, m = vars "x_disc y_disc ph_disc th_disc l_disc m_disc"
+  local disc = dae { der(x, 2) - l ~ 0, der(y, 2) - m ~ 0, der(ph, 2) ~ 1,
+    der(th, 2)/2 + l*cos(ph) + m*sin(ph) ~ 0,
+    0 ~ der(th)*cos(ph) - der(x), 0 ~ der(th)*sin(ph) - der(y) }      -- it rolls on: th′ = 2
+  local start = disc:init { fix = { [x] = 0, [y] = 0, [ph] = 0, [th] = 0, [ph.dot] = 0, [th.dot] = 2 } }
+  local sol = disc:reduce("array", { at = start }):integrate { start = start, to = 3, rtol = 1e-8 }
+  expect(#sol:switches() > 1):equals(true)
+  expect(sol(th, 3)):near(6, 1e-6)
+  expect(sol(x, 1)):near(1.95057537640069, 1e-6)  -- ∫ 2 cos(s²/2) ds
+end)
+
 test("form array that was made elsewhere chooses its rows anew at the start", function()
   local x, y, v, w, z = vars "x_el y_el v_el w_el z_el"
   local pend = dae { der(x) ~ v, der(y) ~ w, der(v) ~ -z*x, der(w) ~ -z*y - 9.81, 0 ~ x^2 + y^2 - 1 }

@@ -188,12 +188,16 @@ class ArrayRun {
     }
   }
 
+  /// By the names of the source and by those of the form: v_x of a model of second order is x′ there. Nothing of the start
+  /// of the run, which is long past, but parameters and the like.
   Values values_at(const dae::Model& model, const Problem& problem, const Point& end) const {
-    Values values = simulation_.start->values;
+    Values values;
+    for (const auto& [leaf, value] : simulation_.start->values)
+      if (symbol_of(leaf).kind != Kind::variable) values[leaf] = value;
     values[time_symbol()] = end.t;
-    const std::vector<Expr> leaves = leaves_in_source(model, problem);
+    const std::vector<Expr> own = leaves_of(problem), leaves = leaves_in_source(model, problem);
     for (std::size_t i = leaves.size(); i-- > 0;)  // x last: x′ may be a state itself
-      values[leaves[i]] = entry_of(end, i);
+      values[leaves[i]] = values[own[i]] = entry_of(end, i);
     return values;
   }
 
