@@ -186,7 +186,7 @@ test("form array at a start at rest, of equations of second order", function()
 end)
 
 test("form array keeps velocities where it chooses other rows, of equations of second order", function()
-  local x, y, ph, th, l, m = vars "x_disc y_disc ph_disc th_disc l_disc m_disc"
+  local x, y, ph, th, l, m = vars "x y ph th l1 l2"   -- names decide which rows are taken
   local disc = dae { der(x, 2) - l ~ 0, der(y, 2) - m ~ 0, der(ph, 2) ~ 1,
     der(th, 2)/2 + l*cos(ph) + m*sin(ph) ~ 0,
     0 ~ der(th)*cos(ph) - der(x), 0 ~ der(th)*sin(ph) - der(y) }      -- it rolls on: th′ = 2
