@@ -337,6 +337,11 @@ std::vector<double> solution_value(Expr head, const std::function<double(Expr)>&
 
 // ── numbers ────────────────────────────────────────────────────────────────────────────────────────────────
 
+/// to -= factor · from; they never overlap.
+static void subtract(double* __restrict to, const double* __restrict from, double factor, int n) {
+  for (int j = 0; j < n; ++j) to[j] -= factor * from[j];
+}
+
 void lu_factor(double* a, double* pivot, int n) {
   for (int k = 0; k < n; ++k) {
     int best = k;
@@ -345,32 +350,32 @@ void lu_factor(double* a, double* pivot, int n) {
     pivot[k] = best;
     if (best != k)
       for (int j = 0; j < n; ++j) std::swap(a[k * n + j], a[best * n + j]);
-    const double inverse = 1 / a[k * n + k];
+    const double inverse = a[k * n + k] = 1 / a[k * n + k];
     for (int i = k + 1; i < n; ++i) {
       const double factor = a[i * n + k] *= inverse;
-      if (factor != 0)
-        for (int j = k + 1; j < n; ++j) a[i * n + j] -= factor * a[k * n + j];
+      if (factor != 0) subtract(a + i * n + k + 1, a + k * n + k + 1, factor, n - k - 1);
     }
   }
 }
 
+/// In every sum the unknown that was found last comes last: sums need not wait for each other.
 void lu_solve(const double* lu, const double* pivot, double* b, int n, bool transposed) {
   if (!transposed) {
     for (int k = 0; k < n; ++k) std::swap(b[k], b[static_cast<int>(pivot[k])]);
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < i; ++j) b[i] -= lu[i * n + j] * b[j];
     for (int i = n - 1; i >= 0; --i) {
-      for (int j = i + 1; j < n; ++j) b[i] -= lu[i * n + j] * b[j];
-      b[i] /= lu[i * n + i];
+      for (int j = n - 1; j > i; --j) b[i] -= lu[i * n + j] * b[j];
+      b[i] *= lu[i * n + i];
     }
     return;
   }
   for (int i = 0; i < n; ++i) {  // Uᵀ y = b, Lᵀ (P x) = y
     for (int j = 0; j < i; ++j) b[i] -= lu[j * n + i] * b[j];
-    b[i] /= lu[i * n + i];
+    b[i] *= lu[i * n + i];
   }
   for (int i = n - 1; i >= 0; --i)
-    for (int j = i + 1; j < n; ++j) b[i] -= lu[j * n + i] * b[j];
+    for (int j = n - 1; j > i; --j) b[i] -= lu[j * n + i] * b[j];
   for (int k = n - 1; k >= 0; --k) std::swap(b[k], b[static_cast<int>(pivot[k])]);
 }
 

@@ -65,7 +65,7 @@ std::vector<double> solution_value(Expr head, const std::function<double(Expr)>&
 // The same elimination on doubles, or over any field.
 
 /// P A = L U in place with partial pivoting, rows of A one after the other; pivot[k] is the row exchanged
-/// with row k. A singular matrix leaves a zero on the diagonal, and solutions that are not finite.
+/// with row k, and the diagonal holds 1/uₖₖ. A singular matrix leaves solutions that are not finite.
 void lu_factor(double* a, double* pivot, int n);
 /// b becomes A⁻¹ b, or A⁻ᵀ b. Requires the result of lu_factor.
 void lu_solve(const double* lu, const double* pivot, double* b, int n, bool transposed);
