@@ -84,20 +84,29 @@ bool is_complementarity(Expr residual) {
   return residual.op() == Op::min || residual.op() == Op::max;
 }
 
-Choices::Choices(const Model& model) : model_(model) {
+void Choices::hide_roots() {
+  std::vector<Expr> found;
+  for (Expr node : topological(model_.residuals))
+    if (is_root(node) && hides_borders(node, model_)) found.push_back(node);
+  if (found.empty()) return;
   Substitution hidden;
-  const auto used = used_names(model);
-  for (Expr node : topological(model.residuals))
-    if (is_root(node) && hides_borders(node, model)) {
-      const std::string name = text("root_", hidden.size() + 1);
-      const Expr whole = symbol(Kind::variable, fresh_name(used, name, name + "_"));
-      hidden[node] = whole;
-      roots_[whole] = node;
-    }
+  const auto used = used_names(model_);
+  for (Expr root : found) {
+    const std::string name = text("root_", hidden.size() + 1);
+    const Expr whole = symbol(Kind::variable, fresh_name(used, name, name + "_"));
+    hidden[root] = whole;
+    roots_[whole] = root;
+  }
   for (Expr& residual : model_.residuals) residual = substitute(residual, hidden);
+}
+
+Choices::Choices(const Model& model) : model_(model) {
+  hide_roots();
   for (Expr node : topological(model_.residuals)) {
-    const auto found = piece_of(node), written = piece_of(substitute(node, roots_));
-    if (!found || !written) continue;
+    const auto found = piece_of(node);
+    if (!found) continue;
+    const auto written = roots_.empty() ? found : piece_of(substitute(node, roots_));
+    if (!written) continue;
     bool reversed = false;
     const std::size_t choice =
         choice_of(written->margin, written->where_first, written->where_second, reversed);
@@ -128,7 +137,7 @@ std::vector<Expr> Choices::with(std::vector<Expr> e, std::uint64_t choice) const
     e = substitute(e, {{pieces_[k].node, chosen(pieces_[k])}});
   for (const Piece& piece : pieces_)
     e = substitute(e, {{piece.node, chosen(piece)}});  // inside what was put in
-  return substitute(e, roots_);
+  return roots_.empty() ? e : substitute(e, roots_);
 }
 
 Region Choices::region(std::uint64_t choice) const {
@@ -145,7 +154,8 @@ Region Choices::region(std::uint64_t choice) const {
     for (const Piece& piece : pieces_)
       if (is_complementarity(residual) && (residual == piece.node || residual == -piece.node)) {
         const bool first = ((choice >> piece.choice & 1) != 0) == piece.reversed;
-        const Expr other = substitute(first ? piece.second : piece.first, roots_);
+        const Expr chosen = first ? piece.second : piece.first;
+        const Expr other = roots_.empty() ? chosen : substitute(chosen, roots_);
         r.margins[piece.choice] = piece.node.op() == Op::min ? other : -other;
       }
   return r;

@@ -35,6 +35,7 @@ class Choices {
     std::size_t choice;  ///< which decides about it
     bool reversed;       ///< the first side is the choice's second
   };
+  void hide_roots();
   std::size_t choice_of(Expr margin, const std::string& first, const std::string& second, bool& reversed);
   std::vector<Expr> with(std::vector<Expr> e, std::uint64_t choice) const;
 
