@@ -102,6 +102,20 @@ test("a squared constraint is refused, not integrated", function()
   expect(function() sys:reduce("acc") end):fails "Write C = 0"
 end)
 
+test("a cubed constraint is refused whatever was made before it in the session", function()
+  local x, y, l, z, w, m = vars "x y l z w m"
+  local function refused()
+    local cubed = dae { der(x, 2) ~ -l*x, der(y, 2) ~ -l*y - 9.81, 0 ~ (x^2 + y^2 - 1)^3 }
+    expect(function() cubed:index() end):fails "Write C = 0"
+  end
+  refused()
+  expect(dae { der(x, 2) ~ -2*l*x, der(y, 2) ~ -2*l*y - 9.81, 0 ~ x^2 + y^2 - 1 }:index()):equals(3)
+  refused()
+  expect(dae { der(x, 2) ~ 2*m*(z - x) - 2*l*x, der(y, 2) ~ 2*m*(w - y) - 2*l*y, der(z, 2) ~ -2*m*(z - x),
+    der(w, 2) ~ -2*m*(w - y), 0 ~ x^2 + y^2 - 1, 0 ~ (z - x)^2 + (w - y)^2 - 1 }:index()):equals(3)
+  refused()
+end)
+
 test("0 = x e^{xy}: J = x² e^{xy} vanishes with the equation; the truth is 0 = x, index 2", function()
   local x, y = vars "x y"
   local s = answers(dae { der(x) ~ y, 0 ~ x*exp(x*y) }, 2, 0)
