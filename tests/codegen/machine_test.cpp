@@ -293,6 +293,25 @@ TEST_CASE("machine code on lanes: random graphs; neighbours and the number of la
   }
 }
 
+/// Of a solution y in two unknowns x: calls check(input, outputs of the tape, outputs on lanes) at 80 points.
+template <class Check>
+static void on_lanes_and_alone(const VecX& y, std::span<const Expr> x, const Check& check) {
+  constexpr std::size_t points = 80;
+  const codegen::Program program = codegen::lower(std::vector<Expr>(y.begin(), y.end()), x);
+  const codegen::Tape tape(program);
+  const auto n = static_cast<std::size_t>(y.size());
+  std::vector<double> in(2 * points), one(n), work(tape.workspace_size());
+  for (std::size_t i = 0; i < in.size(); ++i) in[i] = std::sin(static_cast<double>(i));
+  for (int lanes : {4, 8}) {
+    if (!codegen::Machine::available(lanes)) continue;
+    const auto many = run_on_lanes(program, lanes, in);
+    for (std::size_t p = 0; p < points; ++p) {
+      tape.run(in.data() + 2 * p, one.data(), work.data());
+      check(in.data() + 2 * p, one, many.data() + n * p);
+    }
+  }
+}
+
 TEST_CASE("machine code: linear systems on lanes") {
   REQUIRE_CODE(4);
   const Expr x[] = {symbol(Kind::variable, "mx"), symbol(Kind::variable, "my")};
@@ -300,19 +319,10 @@ TEST_CASE("machine code: linear systems on lanes") {
   A << x[0] + 4, x[1], 1, x[1], x[0] + 5, x[0] * x[1], 1, x[0], 6;
   VecX b(3);
   b << x[0], 1, x[1];
-  const VecX y = linear_solution(A, b);
-  const codegen::Program program = codegen::lower(std::vector<Expr>(y.begin(), y.end()), x);
-  const codegen::Tape tape(program);
-  std::vector<double> in(2 * 80), one(3), work(tape.workspace_size());
-  for (std::size_t i = 0; i < in.size(); ++i) in[i] = std::sin(static_cast<double>(i));
-  for (int lanes : {4, 8}) {
-    if (!codegen::Machine::available(lanes)) continue;
-    const auto many = run_on_lanes(program, lanes, in);
-    for (std::size_t p = 0; p < 80; ++p) {
-      tape.run(in.data() + 2 * p, one.data(), work.data());
-      for (std::size_t k = 0; k < 3; ++k) CHECK(same(one[k], many[3 * p + k]));
-    }
-  }
+  const auto equal = [](const double*, const std::vector<double>& one, const double* many) {
+    for (std::size_t k = 0; k < one.size(); ++k) CHECK(same(one[k], many[k]));
+  };
+  on_lanes_and_alone(linear_solution(A, b), x, equal);
 }
 
 TEST_CASE("machine code on lanes: definite systems of few diagonals") {
@@ -330,26 +340,16 @@ TEST_CASE("machine code on lanes: definite systems of few diagonals") {
   std::sort(A.begin(), A.end(), [](const Entry& a, const Entry& c) {
     return std::pair(a.row, a.column) < std::pair(c.row, c.column);
   });
-  const VecX y = linear_solution(A, b, true);
-  const codegen::Program program = codegen::lower(std::vector<Expr>(y.begin(), y.end()), x);
-  const codegen::Tape tape(program);
-  std::vector<double> in(2 * 80), one(n), work(tape.workspace_size());
-  for (std::size_t i = 0; i < in.size(); ++i) in[i] = std::sin(static_cast<double>(i));
-  for (int lanes : {4, 8}) {
-    if (!codegen::Machine::available(lanes)) continue;
-    const auto many = run_on_lanes(program, lanes, in);
-    for (std::size_t p = 0; p < 80; ++p) {
-      tape.run(in.data() + 2 * p, one.data(), work.data());
-      for (std::size_t k = 0; k < n; ++k) CHECK(same(one[k], many[n * p + k]));
-      Eigen::MatrixXd M = Eigen::MatrixXd::Zero(n, n);
-      Eigen::VectorXd r(n);
-      for (const Entry& e : A)
-        M(e.row, e.column) = evaluate({&e.value, 1}, {{x[0], in[2 * p]}, {x[1], in[2 * p + 1]}})[0];
-      for (int i = 0; i < n; ++i) r[i] = in[2 * p] * (i + 1);
-      // Definite: the residual of elimination is one of rounding (Higham 2002, Thm 10.4).
-      CHECK((M * Eigen::Map<Eigen::VectorXd>(one.data(), n) - r).norm() <= 1e-13 * r.norm());
-    }
-  }
+  const auto check = [&](const double* in, std::vector<double>& one, const double* many) {
+    for (std::size_t k = 0; k < n; ++k) CHECK(same(one[k], many[k]));
+    Eigen::MatrixXd M = Eigen::MatrixXd::Zero(n, n);
+    Eigen::VectorXd r(n);
+    for (const Entry& e : A) M(e.row, e.column) = evaluate({&e.value, 1}, {{x[0], in[0]}, {x[1], in[1]}})[0];
+    for (int i = 0; i < n; ++i) r[i] = in[0] * (i + 1);
+    // Definite: the residual of elimination is one of rounding (Higham 2002, Thm 10.4).
+    CHECK((M * Eigen::Map<Eigen::VectorXd>(one.data(), n) - r).norm() <= 1e-13 * r.norm());
+  };
+  on_lanes_and_alone(linear_solution(A, b, true), x, check);
 }
 
 TEST_CASE("tape: on random graphs every value is what its operation makes of its operands, bit for bit") {
