@@ -63,7 +63,7 @@ local function rational(e, x)
 end
 
 local function antiderivative(e, x)
-  local list, culprit = quasi.decompose(e, x, "integral")
+  local list, culprit = quasi.decompose(e, x)
   if list then
     local sum = 0
     for _, part in ipairs(list) do sum = sum + of_wave(part, x) end

@@ -52,7 +52,7 @@ local function laplace_transform(e, t, s)
       rest = rest + whole
     end
   end
-  local list, culprit = quasi.decompose(rest, t, "laplace_transform")
+  local list, culprit = quasi.decompose(rest, t)
   if not list then
     fail(("laplace_transform: no transform of %s in closed form; powers of t, exp, sin and cos of linear "
       .. "arguments have one")

@@ -1,11 +1,10 @@
 -- Sums of c xⁿ exp(λ x) cos(b x) and c xⁿ exp(λ x) sin(b x): what Laplace transforms and integrals in
 -- closed form have in common.
 
-local function linear(e, x, what)
+-- Constant and slope of e in x; nil if e is not linear.
+local function linear(e, x)
   local good, c = pcall(coefficients, e, x)
-  if not good or #c > 2 then
-    fail(("%s: %s is not linear in %s"):format(what, tostring(e), tostring(x)))
-  end
+  if not good or #c > 2 then return nil end
   return c[1], c[2] or 0
 end
 
@@ -32,7 +31,7 @@ local function in_exponentials(e, x)
 end
 
 -- e as a list of { c =, n =, lambda =, b =, kind = "cos" or "sin" }.
-local function decompose(e, x, what)
+local function decompose(e, x)
   local list = {}
   for _, term in ipairs(terms(expand(in_exponentials(e, x)), x)) do
     local c, n, lambda, waves = term[1], 0, 0, nil
@@ -42,10 +41,12 @@ local function decompose(e, x, what)
       if base == x then
         n = exponent
       elseif op == "exp" then
-        local constant, slope = linear(argument, x, what)
+        local constant, slope = linear(argument, x)
+        if not constant then return nil, base^exponent end
         c, lambda = c*exp(constant*exponent), lambda + slope*exponent
       elseif (op == "sin" or op == "cos") and math.type(exponent) == "integer" and exponent > 0 then
-        local phase, b = linear(argument, x, what)
+        local phase, b = linear(argument, x)
+        if not phase then return nil, base^exponent end
         for _ = 1, exponent do
           -- sin(α) = cos(α - π/2)
           waves = times_cosine(waves, b, op == "sin" and phase - pi/2 or phase)

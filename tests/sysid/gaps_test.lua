@@ -12,6 +12,19 @@ local function record(N, gap, noise)
   return iddata { y = y, u = u }, iddata { y = holes, u = u }
 end
 
+test("a model simulates inputs alone, from rest", function()
+  local full = record(300, 0, 0)
+  for _, m in ipairs { arx(full, { na = 2, nb = 2 }), oe(full, { nb = 2, nf = 2 }), n4sid(full, 2) } do
+    expect(m:simulate { 1, 0, 0, 0 }):near({ 0, 1, 2, 2.3 }, 1e-9)  -- 1.5 + 0.5, 1.5*2 - 0.7
+    expect(function() m:simulate({ 1, 0 }, { ic = "estimate" }) end):fails "iddata{ y = "
+    expect(function() m:simulate { { 1, 0 }, { 0, 0 }, { 0, 0 } } end):fails
+      "the model has 1 output and 1 input, the data 1 and 2"
+  end
+  local typed = idpoly { A = { 1, -1.5, 0.7 }, B = { 0, 1, 0.5 } }
+  expect(typed:simulate(vec { 1, 0, 0, 0 })):near({ 0, 1, 2, 2.3 }, 1e-12)
+  expect(function() typed:simulate({ 1, 0 }, { ic = "data" }) end):fails "from rest"
+end)
+
 local truth = { -1.5, 0.7, 1, 0.5, 0.4 }
 
 test("a fifth of the samples missing does not bias", function()

@@ -167,6 +167,7 @@ void add_mass_factors(const Model& m, const Analysis& a, std::vector<Factor>& li
       if (!has_variable(f) || std::any_of(list.begin(), list.end(), same)) continue;
       const Accept singular = [&](const auto& point) { return floats(mechanics, m.values, point); };
       const bool reached = mechanics.q.size() > searched || reachable(m, a, f, singular);
+      if (!reached && reachable(m, a, f)) continue;  // a constraint holds what has no inertia there
       list.push_back({{f, "the mass matrix no longer determines " + grouped_names(lost), ""}, reached});
     }
   }

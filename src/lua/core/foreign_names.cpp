@@ -122,6 +122,9 @@ constexpr Remedy foreign_globals[] = {
     {"Real Integer Variable", "a variable is x = var \"x\", a constant m = param(\"m\", 1)"},
     {"structural_simplify mtkcompile dae_index_lowering", "the index is lowered by sys:reduce()"},
     {"remake", "other values are sys:with{ m = 2 }, or integrate{ …, params = { m = 2 } }"},
+    {"delay dde23 ddesd DDEProblem ddeint jitcdde transport_delay spatialDistribution",
+     "equations have no delays; of transfer functions a delay is exp(-T*s), in models of parts approximately "
+     "components.signals.delay{ T = 1 }"},
     {"Tsit5 Vern7 Vern9 Rodas4 Rodas5 Rodas5P Rosenbrock23 TRBDF2 CVODE_BDF IDA DP5 RK4",
      "a method is an option: integrate{ …, method = \"tsit5\" }; their names are printed by methods()"},
     {"radau radau5 bdf rodas gauss dopri5 tsit5 dop853 verner87 rkc",
@@ -230,6 +233,15 @@ constexpr Remedy expr_members[] = {
     {"simplify expand factor", "write simplify(e)"},
 };
 
+constexpr Remedy tableau_members[] = {
+    {"order_conditions", "write tab:conditions(5)"},
+    {"stability_function stability_interval stability_region R amplification_factor",
+     "write tab:stability(), with the limits on both axes"},
+    {"s", "the number of stages is tab.stages"},
+    {"bh b_hat bs bstar btilde b2", "the embedded weights are tab.bhat"},
+    {"plot_stability", "write tab:plot()"},
+};
+
 constexpr Remedy data_members[] = {
     {"InputData Inputs inputs", "the inputs are d.u"},
     {"OutputData Outputs outputs", "the outputs are d.y"},
@@ -310,6 +322,7 @@ std::string remedy_for_member(std::string_view type, std::string_view name) {
   if (type == "matrix") return remedy_in(std::begin(matrix_members), std::end(matrix_members), name);
   if (type == "matrix_form") return remedy_in(std::begin(form_members), std::end(form_members), name);
   if (type == "sweep") return remedy_in(std::begin(sweep_members), std::end(sweep_members), name);
+  if (type == "tableau") return remedy_in(std::begin(tableau_members), std::end(tableau_members), name);
   if (type == "iddata") return remedy_in(std::begin(data_members), std::end(data_members), name);
   if (type == "idmodel") return remedy_in(std::begin(idmodel_members), std::end(idmodel_members), name);
   if (type == "lti") return remedy_in(std::begin(lti_members), std::end(lti_members), name);
@@ -327,17 +340,18 @@ std::string remedy_for_option(std::string_view name, const std::vector<std::stri
 
 std::string method_like(std::string_view name) {
   static constexpr Remedy methods[] = {
-      {"ode45 rk45 dorpi dopri54 dormand_prince rkdp ode5", "dopri5"},
+      {"ode45 rk45 dp5 dorpi dopri54 dormand_prince rkdp ode5", "dopri5"},
       {"ode23 rk23 bs3 bs23", "bogacki_shampine"},
       {"ode113 vern9 dop8 dopri8 dopri853 ode78 ode89", "dop853"},
       {"ode15s ode15i lsoda vode cvode ida dassl daspk fbdf qndf ndf gear dae", "bdf"},
       {"ode23s ode23t ode23tb rodas4 rodas5 rodas5p rosenbrock rosenbrock23", "rodas"},
+      {"bdf1 bdf2 bdf3 bdf4 bdf5", "bdf"},
       {"radau5 radauiia radau_iia radauiia5", "radau"},
       {"tsitouras tsitouras5", "tsit5"},
-      {"runge_kutta rungekutta rk classical", "rk4"},
-      {"euler_forward forward_euler explicit_euler", "euler"},
-      {"backward_euler euler_backward", "implicit_euler"},
-      {"crank_nicolson cn trapezoidal", "trapezoid"},
+      {"runge_kutta rungekutta rk classical rk_4 kutta4 runge_kutta4", "rk4"},
+      {"euler_forward forward_euler explicit_euler euler_explicit", "euler"},
+      {"backward_euler euler_backward euler_implicit", "implicit_euler"},
+      {"crank_nicolson cn trapezoidal trapezoidal_rule", "trapezoid"},
       {"default automatic", "auto"},
   };
   std::string lower(name);

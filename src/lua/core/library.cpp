@@ -1,6 +1,7 @@
 #include "lua/core/library.hpp"
 
 #include <algorithm>
+#include <cctype>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -55,6 +56,23 @@ int undefined_global(lua_State* L) {
   throw Error(text("undefined variable '", name, "'.", hint));
 }
 
+/// For rk.RK45, rk.bdf2: what comes nearest to a method of other programs; "" if nothing is known about it.
+std::string tableau_like(const std::string& name, const std::vector<std::string>& tableaus) {
+  std::string like = method_like(name);
+  if (like.empty()) {
+    like = name;
+    std::transform(like.begin(), like.end(), like.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return std::find(tableaus.begin(), tableaus.end(), like) == tableaus.end()
+               ? ""
+               : " Did you mean '" + like + "'?";
+  }
+  if (like == "auto") return "";
+  const bool listed = std::find(tableaus.begin(), tableaus.end(), like) != tableaus.end();
+  return listed ? text(" What comes nearest is rk.", like, " (print(rk) lists them).")
+                : text(" What comes nearest is no tableau: integrate{ …, method = \"", like, "\" }.");
+}
+
 /// __index of a library table such as rk: what was installed lazily is made now. Upvalue: the table's name.
 int unknown_entry(lua_State* L) {
   const std::string library = lua_tostring(L, lua_upvalueindex(1));
@@ -75,7 +93,9 @@ int unknown_entry(lua_State* L) {
   const std::string key = key_in_words(L, 2);
   lua_pushvalue(L, 1);
   append_names(L, names);
-  throw Error(text("'", library, "' has no entry '", key, "'.", did_you_mean(key, names)));
+  std::string hint = did_you_mean(key, names);
+  if (hint.empty() && library == "rk") hint = tableau_like(key, names);
+  throw Error(text("'", library, "' has no entry '", key, "'.", hint));
 }
 
 /// The iterator of pairs(rk): the next name and its value, which is made if need be. Upvalues: the table, the

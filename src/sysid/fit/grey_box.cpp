@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 
+#include "base/counted.hpp"
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/least_squares.hpp"
@@ -94,8 +95,8 @@ double variation_of(const IdData& data) {
 
 void check(const GreyBoxRequest& r) {
   if (static_cast<Index>(r.outputs.size()) != r.data.outputs())
-    throw Error(text("y names ", r.outputs.size(), " expression(s), but the data has ", r.data.outputs(),
-                     " output(s)"));
+    throw Error(text("y names ", counted(r.outputs.size(), "expression"), ", but the data has ",
+                     counted(r.data.outputs(), "output")));
   if (r.data.u.array().isNaN().any())
     throw Error(text(missing_text(r.data), "; inputs must be complete: d:fill()"));
   if (r.data.samples() < 2) throw Error("the data has one sample only");

@@ -183,8 +183,8 @@ std::vector<Response> simulate_coupled(const IdModel& m, const IdData& d, Seed s
 
 std::vector<Response> predict(const IdModel& m, const IdData& d, Index horizon, Seed seed) {
   if (static_cast<Index>(m.outputs.size()) != d.outputs() || m.inputs != d.inputs())
-    throw Error(text("the model has ", m.outputs.size(), " output(s) and ", m.inputs, " input(s), the data ",
-                     d.outputs(), " and ", d.inputs()));
+    throw Error(text("the model has ", counted(m.outputs.size(), "output"), " and ",
+                     counted(m.inputs, "input"), ", the data ", d.outputs(), " and ", d.inputs()));
   const PolyModel& first = m.outputs.front();
   if (first.estimated && std::fabs(first.Ts - d.Ts) > 1e-6 * first.Ts)
     throw Error(text("the model was estimated from samples ", rounded(first.Ts, 6), " s apart, the data are ",

@@ -40,6 +40,14 @@ int push_parameter_set(Call& call, sysid::Regression r, const sysid::Density& un
 /// or a matrix), or a matrix. `rows` > 0: what has that many columns instead is transposed.
 Mat to_data(lua_State* L, int index, const std::string& what, Eigen::Index rows = 0);
 
+/// Argument 2 of a simulation: data, or inputs alone (a list, a matrix), whose outputs are then 0: they may be
+/// used with Seed::zero only. `inputs`, `outputs`, `Ts`: of the model.
+struct SimulationData {
+  sysid::IdData data;
+  bool inputs_alone = false;
+};
+SimulationData simulation_data(Call& call, Eigen::Index inputs, Eigen::Index outputs, double Ts);
+
 /// A string or a list of strings; numbers become their text.
 std::vector<std::string> to_words(lua_State* L, int index, const std::string& what);
 /// A whole number or a list of them.

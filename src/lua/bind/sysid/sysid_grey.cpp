@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/counted.hpp"
 #include "base/text.hpp"
 #include "expr/print/print.hpp"
 #include "lua/bind/dae/dae.hpp"
@@ -64,8 +65,8 @@ void read_inputs_of(Call& call, const Options& o, GreyBoxRequest& r) {
   if (static_cast<Index>(leaves.size()) != r.data.inputs()) {
     std::vector<std::string> names;
     for (const Expr u : leaves) names.push_back(to_text(u));
-    throw Error(text("the model has the inputs ", join(names, ", "), ", but the data has ", r.data.inputs(),
-                     " input(s)"));
+    throw Error(text("the model has the inputs ", join(names, ", "), ", but the data has ",
+                     counted(r.data.inputs(), "input")));
   }
   for (std::size_t i = 0; i < leaves.size(); ++i) r.inputs.emplace_back(leaves[i], static_cast<Index>(i));
 }

@@ -86,7 +86,19 @@ int push_columns(Call& call, const std::vector<sysid::Response>& r, Vec sysid::R
 }
 
 int predict(Call& call) { return push_columns(call, respond(call, 1), &sysid::Response::values); }
-int simulate(Call& call) { return push_columns(call, respond(call, 0), &sysid::Response::values); }
+
+int simulate(Call& call) {
+  const sysid::IdModel& m = idmodel_of(call);
+  const SimulationData of =
+      simulation_data(call, m.inputs, static_cast<Index>(m.outputs.size()), m.outputs[0].Ts);
+  Mode mode = read_mode(call, 0);
+  if (of.inputs_alone && !call.has(3)) mode.seed = sysid::Seed::zero;
+  if (of.inputs_alone && (mode.seed != sysid::Seed::zero || mode.horizon != 0))
+    throw Error(
+        "inputs alone have no measured outputs: write mod:simulate(u), which starts from rest, or give "
+        "iddata{ y = …, u = …, Ts = 1 }");
+  return push_columns(call, sysid::predict(m, of.data, mode.horizon, mode.seed), &sysid::Response::values);
+}
 int model_residuals(Call& call) { return push_columns(call, respond(call, 1), &sysid::Response::errors); }
 
 int model_fit(Call& call) {
@@ -127,8 +139,8 @@ extern const Module idmodel_predict_module = {
             d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }
             print(fir(d, { nb = 1 }):predict(d).T))",
          "0  2  1  4", &mode_options},
-        {"idmodel:simulate", simulate, "mod:simulate(d [, { ic = }]) -> column",
-         "The output computed from the input alone; ic as in predict.",
+        {"idmodel:simulate", simulate, "mod:simulate(d | u [, { ic = }]) -> column",
+         "The output computed from the input alone; ic as in predict. A list or matrix u of inputs: from rest.",
          R"(
             d = iddata{ y = {1, .5, .25, .125}, u = {0, 0, 0, 0} }
             print(arx(d, { na = 1 }):simulate(d).T))",

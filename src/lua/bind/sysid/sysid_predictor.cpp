@@ -1,6 +1,7 @@
 // idpoly and predictors as expressions. Reads arguments, calls src/sysid/model/predictor.
 #include "sysid/model/predictor.hpp"
 
+#include "base/counted.hpp"
 #include "base/text.hpp"
 #include "expr/print/print.hpp"
 #include "lua/bind/sysid/sysid.hpp"
@@ -134,7 +135,7 @@ sysid::PolyModel numeric(Call& call, const IdData& d) {
                      "; give numbers, or estimate them: m:predictor():fit(d)"));
   }
   if (d.inputs() != static_cast<Index>(m.p.B.size()))
-    throw Error(text("the model has ", m.p.B.size(), " inputs, the data ", d.inputs()));
+    throw Error(text("the model has ", counted(m.p.B.size(), "input"), ", the data ", d.inputs()));
   sysid::PolyModel out;
   out.kind = m.p.class_name();
   out.p = m.p.values();
@@ -151,7 +152,11 @@ const OptionTable response_options = {
 };
 
 int push_response(Call& call, Index fallback) {
-  const IdData& d = call.object<IdData>(2, "data");
+  const IdPoly& m = poly(call);
+  const auto inputs = static_cast<Index>(m.p.B.size());
+  const SimulationData of = fallback == 0 ? simulation_data(call, inputs, 1, m.Ts)
+                                          : SimulationData{call.object<IdData>(2, "data"), false};
+  const IdData& d = of.data;
   Index horizon = fallback;
   sysid::Seed seed = sysid::Seed::zero;
   if (call.has(3) && lua_istable(call.L, 3)) {
@@ -161,6 +166,8 @@ int push_response(Call& call, Index fallback) {
   } else if (call.has(3)) {
     horizon = call.integer(3, "horizon");
   }
+  if (of.inputs_alone && (seed != sysid::Seed::zero || horizon != 0))
+    throw Error("inputs alone have no measured outputs: write m:simulate(u), which starts from rest");
   return push_matrix(call.L, Mat(sysid::predict(numeric(call, d), d, horizon, seed).values));
 }
 int poly_predict(Call& call) { return push_response(call, 1); }
@@ -330,8 +337,8 @@ extern const Module predictor_module = {
          "ŷ(t|t-horizon) of a model with numbers.",
          "print(idpoly{ A = {1, -0.5}, B = {1} }:predict(iddata{ y = {1, 2, 3}, u = {1, 1, 1} }).T)",
          "1  1.5  2", &response_options},
-        {"idpoly:simulate", poly_simulate, R"(m:simulate(d [, { ic = "zero" }]) -> column)",
-         "The output from the input alone.",
+        {"idpoly:simulate", poly_simulate, R"(m:simulate(d | u [, { ic = "zero" }]) -> column)",
+         "The output from the input alone: that of data, or a list or matrix u.",
          "print(idpoly{ A = {1, -0.5}, B = {1} }:simulate(iddata{ y = {0, 0, 0}, u = {1, 1, 1} }).T)",
          "1  1.5  1.75", &response_options},
         {"idpoly#kind", poly_kind, "m.kind -> string", "ARX, ARMAX, OE, BJ and so on.", "", ""},

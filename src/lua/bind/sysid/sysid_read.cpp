@@ -74,6 +74,17 @@ Mat to_data(lua_State* L, int index, const std::string& what, Index rows) {
   return m;
 }
 
+SimulationData simulation_data(Call& call, Index inputs, Index outputs, double Ts) {
+  const bool alone = lua_istable(call.L, 2) || object_at(call.L, 2, TypeName<Matrix>::value);
+  if (!alone) return {call.object<IdData>(2, "data or inputs"), false};
+  IdData d;
+  d.u = to_data(call.L, 2, "u");
+  if (d.u.cols() != inputs && d.u.rows() == inputs) d.u.transposeInPlace();
+  d.y = Mat::Zero(d.u.rows(), outputs);
+  d.Ts = Ts;
+  return {sysid::checked(std::move(d)), true};
+}
+
 std::vector<std::string> to_words(lua_State* L, int index, const std::string& what) {
   index = lua_absindex(L, index);
   const auto word = [&](int at) {
