@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "base/lua_name.hpp"
 #include "lua/document/tokens.hpp"
 #include "shell/hints.hpp"
 #include "shell/input/highlight.hpp"
@@ -10,7 +11,6 @@
 namespace pendula::shell {
 namespace {
 
-using lua::is_name;
 using lua::Token;
 using lua::tokenize;
 using lua::TokenKind;
@@ -232,7 +232,7 @@ std::vector<std::string> path_names(std::string_view path) {
   for (std::size_t begin = 0; begin <= path.size();) {
     const std::size_t end = std::min(path.find_first_of(".:", begin), path.size());
     const auto name = path.substr(begin, end - begin);
-    if (!is_name(name)) return {};
+    if (!is_lua_name(name)) return {};
     names.emplace_back(name);
     begin = end + 1;
   }

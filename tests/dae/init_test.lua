@@ -44,6 +44,27 @@ test("too few: candidates, directions, and a call that works", function()
   expect(two:init { fix = { [q[1]] = 0, [q[2]] = 0, [q[1].dot] = 0, [q[2].dot] = 0 } }.free):equals(4)
 end)
 
+test("keys in messages are Lua, whatever the name is; every spelling of a name is read", function()
+  local path, greek, keyword, row = var "J.phi", var "θ₁", var "end", var("M.r", 2)
+  local sys = dae { der(path, 2) ~ -path, der(greek) ~ -greek, der(keyword) ~ -keyword, der(row) ~ -row }
+  local good, message = pcall(function() sys:init {} end)
+  expect(good):equals(false)
+  local call = message:match "as in (sys:init{.-} })"
+  expect(call:find('["J.phi.dot"] = 0', 1, true) ~= nil):equals(true)
+  expect(load("return " .. call, "=call", "t", { sys = sys })().free):equals(6)  -- as it was printed
+  local theta = var "theta_2"
+  local many = dae { der(theta) ~ -theta, der(row) ~ -row }
+  for _, name in ipairs { "theta_2", "theta2", "θ₂", "theta[2]" } do
+    local at = many:init { fix = { [name] = 3, ["M.r[1]"] = 4, ["M.r2"] = 5 } }
+    expect(at(vstack(theta, row))):near { 3, 4, 5 }
+  end
+  local twin = var "theta2"  -- theta2 and theta_2 are two: each by its own name only
+  local both = dae { der(theta) ~ -theta, der(twin) ~ -twin }
+  expect(both:init { fix = { theta_2 = 1, theta2 = 2 } }(vec { theta, twin })):near { 1, 2 }
+  expect(function() both:init { fix = { theta_2 = 1, ["theta[2]"] = 2 } } end)
+    :fails "unknown symbol 'theta[2]'"
+end)
+
 test("a singular point: what is determined twice, and the null vector", function()
   says({ "y = -1, v = 0 are already determined by the rest", "x may move alone" }, ball,
     { fix = { y = -1, v = 0 } })

@@ -172,6 +172,8 @@ test("rows 0 = 0 are allowed in E x′ = A x and named; elsewhere they are refus
   expect(function() sys:index() end):fails "equation (1b) reads 0 = 0"
   local x, a = var "x", param "a"
   has(dae { der(x) ~ x, 0 ~ a - t }:structure(), "without unknown: equation (2) reads 0 = t - a")
+  has(dae { der(x) ~ -x, der(param "k") ~ -param "k" }:structure(),
+    "equation (2) reads 0 = k; k is a parameter, an unknown is declared by k = var \"k\"")
 end)
 
 test("equations that depend on each other or contradict each other", function()

@@ -151,7 +151,7 @@ test("integrals: their derivatives are the integrands, borders are put in", func
   end
   expect(integral(x*sin(x), x, 0, pi)):equals(pi)
   expect(integral((1 - x)*x, x, 0, 1)):equals(rational "1/6")   -- ∫ ℓ₁ ℓ₂ of the nodes 0 and 1
-  expect(function() integral(exp(x^2), x) end):fails "not linear"
+  expect(function() integral(exp(x^2), x) end):fails "no closed form is known for a term with exp(x²)"
   for _, case in ipairs { { 1/x, -1, 1 }, { 1/x^2, -1, 1 }, { 1/(x - 3), 0, 5 }, { x/(x^2 - 2), 0, 2 },
       { 1/(x - 1e6), 2e6, 0 }, { (x + 1)/(x^2 - 3*x + 2), 0, 1 }, { 1/x, 0, 1 } } do
     expect(function() integral(case[1], x, case[2], case[3]) end):fails "the integrand is infinite at x = "

@@ -78,7 +78,7 @@ test("what is wrong is said", function()
   expect(function() fit(decay, { params = { k }, data = { 1, 2 }, y = x }) end):fails "data must be iddata"
   expect(function() fit(decay, { params = { T }, data = d, y = x, start = { x = 1 } }) end):fails "T"
   expect(function() fit(decay, { params = { k }, data = d, y = { x, x },
-    start = { x = 1 } }) end):fails "y names 2 expression(s), but the data has 1"
+    start = { x = 1 } }) end):fails "y names 2 expressions, but the data has 1 output"
   expect(function() fit(dae { der(x) ~ u - k * x },
     { params = { k }, data = d, y = x, start = { x = 1 } }) end)
     :fails "the model has the inputs u, but the data has 0"

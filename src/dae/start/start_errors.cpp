@@ -6,6 +6,7 @@
 
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
+#include "base/lua_name.hpp"
 #include "base/text.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/model/truncated_text.hpp"
@@ -117,6 +118,9 @@ std::string key_text(Expr leaf) {
   const Symbol& symbol = symbol_of(leaf);
   const std::string name =
       symbol.vector.empty() ? symbol.name : text(symbol.vector, "[", symbol.component, "]");
+  const std::string& declared = symbol.vector.empty() ? symbol.name : symbol.vector;
+  if (!is_lua_name(declared))  // the path of a part: as text
+    return text("[\"", name, symbol.order == 1 ? ".dot" : std::string(symbol.order, '\''), "\"]");
   if (symbol.order == 0) return symbol.vector.empty() ? name : "[" + name + "]";
   if (symbol.order > 2) return text("[der(", name, ", ", symbol.order, ")]");
   return text("[", name, symbol.order == 1 ? ".dot]" : ".ddot]");

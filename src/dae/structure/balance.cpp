@@ -78,6 +78,14 @@ std::vector<int> possible_inputs(const Model& m, const Blocks& blocks) {
 
 }  // namespace
 
+/// Where the only symbol of an equation without unknown is a parameter: it may have been meant as one.
+static std::string declaration_hint(Expr residual) {
+  const std::vector<Expr> inside = leaves({&residual, 1});
+  if (inside.size() != 1 || symbol_of(inside[0]).kind != Kind::parameter) return "";
+  const std::string& name = symbol_of(inside[0]).name;
+  return text("; ", name, " is a parameter, an unknown is declared by ", name, " = var \"", name, "\"");
+}
+
 std::string equation_list(const Model& m, const std::vector<int>& rows) {
   return some_of(rows, [&](std::size_t i) { return m.label(i); });
 }
@@ -99,7 +107,7 @@ std::vector<std::string> balance_lines(const Model& m, const Blocks& blocks) {
   for (std::size_t k = 0; k < bare.size() && k < listed; ++k) {
     const Expr r = m.residuals[bare[k]];
     lines.push_back(text("without unknown: equation ", m.label(static_cast<std::size_t>(bare[k])),
-                         " reads 0 = ", to_text(r)));
+                         " reads 0 = ", to_text(r), declaration_hint(r)));
   }
   Part over = blocks.over;
   std::erase_if(over.rows, [&](int i) { return std::find(bare.begin(), bare.end(), i) != bare.end(); });

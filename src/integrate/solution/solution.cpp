@@ -78,6 +78,12 @@ Point Solution::final() const {
   return point(size() - 1);
 }
 
+/// ": the run stopped at t = 0.98: why", where it did not reach the end that was asked for.
+std::string Solution::why_it_ends() const {
+  if (outcome_.ending == Ending::event) return "; an event ended it";
+  return outcome_.ending == Ending::stopped ? "; it " + outcome_.message : "";
+}
+
 Point Solution::at(double t) const {
   if (size() == 0) return final();  // throws
   auto [first, last] =
@@ -86,7 +92,7 @@ Point Solution::at(double t) const {
       4 * std::numeric_limits<double>::epsilon() * std::max(std::fabs(first), std::fabs(last));
   if (!(t >= first - rounding && t <= last + rounding)) {
     throw Error(text("t = ", rounded(t), " lies outside the solution, which covers ", rounded(first),
-                     " ≤ t ≤ ", rounded(last)));
+                     " ≤ t ≤ ", rounded(last), t > last ? why_it_ends() : ""));
   }
   const int i = points_.index_at(t, rounding);
   if (std::fabs(t - points_.t()[i]) <= rounding) return points_[i];

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/lua_name.hpp"
 #include "base/text.hpp"
 
 namespace pendula::lua {
@@ -66,22 +67,11 @@ std::string item_text(lua_State* L, int index, int depth) {
   return lua_type(L, index) == LUA_TSTRING ? quoted(text) : text;
 }
 
-/// Can it stand before = in a table? (Lua 5.4 Reference Manual §3.1)
-bool is_name(const std::string& word) {
-  static const std::set<std::string> keywords = {
-      "and", "break", "do",  "else", "elseif", "end",    "false",  "for",  "function", "goto",  "if",
-      "in",  "local", "nil", "not",  "or",     "repeat", "return", "then", "true",     "until", "while"};
-  const auto is_letter = [](char c) { return (c | 0x20) >= 'a' && (c | 0x20) <= 'z'; };
-  const auto is_word = [&](char c) { return is_letter(c) || c == '_' || (c >= '0' && c <= '9'); };
-  return !word.empty() && (is_letter(word[0]) || word[0] == '_') &&
-         std::all_of(word.begin(), word.end(), is_word) && keywords.count(word) == 0;
-}
-
 /// "name", or ["any text"], or [expression].
 std::string key_text(lua_State* L, int index) {
   if (lua_type(L, index) != LUA_TSTRING) return "[" + item_text(L, index, deepest) + "]";
   const std::string name = lua_tostring(L, index);
-  return is_name(name) ? name : "[" + quoted(name) + "]";
+  return is_lua_name(name) ? name : "[" + quoted(name) + "]";
 }
 
 /// `key = value` of everything outside 1..length, sorted by text, so that a

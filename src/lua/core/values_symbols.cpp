@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <optional>
 #include <tuple>
 #include <unordered_map>
 #include <unordered_set>
@@ -10,6 +11,7 @@
 #include "base/text.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/print/print.hpp"
+#include "expr/print/spelling.hpp"
 #include "lua/core/key_in_words.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/core/values.hpp"
@@ -86,6 +88,18 @@ std::string symbols_at_hand(std::span<const Expr> known) {
   return text(" Known here: ", join(names, ", "), ".");
 }
 
+/// The one leaf with another spelling of the name: q[1] for q₁, theta1 for theta_1.
+std::optional<Expr> spelled_otherwise(const std::string& word, std::span<const Expr> known) {
+  const std::string plain = plain_spelling(word);
+  std::optional<Expr> found;
+  for (Expr leaf : known) {
+    if (plain_spelling(leaf_name(leaf)) != plain || found == leaf) continue;
+    if (found) return std::nullopt;
+    found = leaf;
+  }
+  return found;
+}
+
 std::vector<Expr> leaves_named(const std::string& word, const std::string& what,
                                std::span<const Expr> known) {
   const Name name = split_name(word);
@@ -111,6 +125,7 @@ std::vector<Expr> leaves_named(const std::string& word, const std::string& what,
   if (const std::string marked = with_marks(word); !marked.empty()) return leaves_named(marked, what, known);
   for (Expr leaf : known)  // as it is printed: θ₁′
     if (to_text(leaf) == word) return {leaf};
+  if (const auto leaf = spelled_otherwise(word, known)) return {*leaf};
   const std::vector<std::string> names = names_of(known);
   const std::string hint = derivative_hint(word, names);
   std::string remedy = hint.empty() ? did_you_mean(word, names) : hint;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "base/lua_name.hpp"
+
 namespace pendula::lua {
 namespace {
 
@@ -13,7 +15,7 @@ bool is_word(char c) { return is_letter(c) || is_digit(c); }
 bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
 bool is_keyword(std::string_view word) {
-  return std::binary_search(keywords().begin(), keywords().end(), word);
+  return std::binary_search(lua_keywords().begin(), lua_keywords().end(), word);
 }
 
 constexpr std::array<std::string_view, 11> long_symbols = {
@@ -132,17 +134,5 @@ class Scanner {
 }  // namespace
 
 std::vector<Token> tokenize(std::string_view source) { return Scanner(source).run(); }
-
-const std::vector<std::string>& keywords() {
-  static const std::vector<std::string> words = {
-      "and", "break", "do",  "else", "elseif", "end",    "false",  "for",  "function", "goto",  "if",
-      "in",  "local", "nil", "not",  "or",     "repeat", "return", "then", "true",     "until", "while"};
-  return words;
-}
-
-bool is_name(std::string_view word) {
-  return !word.empty() && is_letter(word[0]) && std::all_of(word.begin(), word.end(), is_word) &&
-         !is_keyword(word);
-}
 
 }  // namespace pendula::lua

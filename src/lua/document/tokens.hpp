@@ -39,9 +39,4 @@ struct Token {
 /// views point into `source`.
 std::vector<Token> tokenize(std::string_view source);
 
-/// The 22 reserved words of Lua 5.4, sorted.
-const std::vector<std::string>& keywords();
-
-bool is_name(std::string_view word);  ///< a Lua name that is not a keyword
-
 }  // namespace pendula::lua

@@ -2,6 +2,7 @@
 
 #include <set>
 
+#include "base/lua_name.hpp"
 #include "lua/bind/modules.hpp"
 #include "lua/core/library.hpp"
 #include "lua/core/objects.hpp"
@@ -12,8 +13,6 @@
 namespace pendula::shell {
 namespace {
 
-using lua::is_name;
-using lua::keywords;
 using lua::tokenize;
 
 /// `rk.gauss`, `q[1].do`, `sys:red`: the keys that lead to the value, and the word behind the last separator.
@@ -47,7 +46,7 @@ void offer_keys(lua_State* L, int table, Request& request) {
   while (lua_next(L, table)) {
     // Keys that are numbers must not be converted in place: lua_next would lose its way.
     if (lua_type(L, -2) == LUA_TSTRING && (request.separator != ':' || is_callable(L, -1)))
-      if (const char* key = lua_tostring(L, -2); is_name(key)) offer(request, key);
+      if (const char* key = lua_tostring(L, -2); is_lua_name(key)) offer(request, key);
     lua_pop(L, 1);
   }
 }
@@ -262,7 +261,7 @@ Completions complete(lua_State* L, std::string_view text) {
   }
   result.globals = request.path.empty();
   if (result.globals)
-    for (const auto& word : keywords()) offer(request, word);
+    for (const auto& word : lua_keywords()) offer(request, word);
   run_limited(L, collect, &request);
   result.words.assign(request.found.begin(), request.found.end());
   return result;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "base/lua_name.hpp"
 #include "base/text.hpp"
 
 namespace pendula::shell {
@@ -41,7 +42,7 @@ std::string word_list(std::vector<std::string> words, const NameLookup& kind, Li
   };
   std::array<Group, 3> groups = {{{"variables", {}}, {"vocabulary", {}}, {"keywords", {}}}};
   for (const auto& word : words) {
-    const bool name = kind && lua::is_name(word);
+    const bool name = kind && is_lua_name(word);
     groups[!kind ? 0 : !name ? 2 : kind(word) == NameKind::own ? 0 : 1].words.push_back(word);
   }
   const auto used =

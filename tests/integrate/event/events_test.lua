@@ -208,3 +208,20 @@ test("parameters of events and of functions for inputs have values, sensitivitie
     fall:integrate { start = { y = 5, v = 0 }, to = 2, params = { e_evnt = 2, g_event = 9 }, events = bounce }
   end):fails "Did you mean 'e_event'?"
 end)
+
+test("any and all of conditions are events where they begin or end", function()
+  local x, v = vars "x v"
+  local function times(when, direction)
+    local sol = dae { der(x) ~ -x }:integrate { start = { x = 1 }, to = 5, rtol = 1e-10, atol = 1e-10,
+      events = { { when = when, direction = direction, call = function() end } } }
+    local list = {}
+    for k, event in ipairs(sol.events) do list[k] = event.t end
+    return list
+  end
+  local function at(...) return map({ ... }, function(value) return -math.log(value) end) end
+  expect(times(any(lt(x, 0.2), gt(x, 2)))):near(at(0.2), 1e-8)
+  expect(times(all(gt(x, 0.1), lt(x, 0.2)))):near(at(0.2, 0.1), 1e-8)
+  expect(times(all(gt(x, 0.1), lt(x, 0.2)), -1)):near(at(0.2), 1e-8)  -- becomes true, as lt(x, 0.2)
+  expect(times(any(all(ge(x, 0.1), le(x, 0.2)), lt(x, 0.05)))):near(at(0.2, 0.1, 0.05), 1e-8)
+  expect(times(lt(x, 0.2), -1)):near(at(0.2), 1e-8)
+end)

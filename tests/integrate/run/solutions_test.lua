@@ -57,6 +57,11 @@ test("values at saved times, at one time, at several times", function()
   expect(sol(x, { 0, 1 })):near({ 1, sol:final(x) }, 0)
   expect(sol(der(x), 1)):near(-2 * sol(x, 1), 1e-15)
   expect(function() sol(x, 2) end):fails "t = 2 lies outside the solution, which covers 0 ≤ t ≤ 1"
+  local blown = dae { der(x) ~ x^2 }:integrate { start = { x = 1 }, to = 3 }
+  expect(function() blown(x, 2) end):fails "; it stopped at t = 1: "
+  local halted = dae { der(x) ~ -x }:integrate { start = { x = 1 }, to = 3,
+    events = { { when = x - 0.5, action = "stop" } } }
+  expect(function() halted(x, 2) end):fails "an event ended it"
   expect(function() sol(y) end):fails "y"
 end)
 

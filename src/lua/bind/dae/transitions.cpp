@@ -52,16 +52,30 @@ static void check_event_keys(lua_State* L, int table, const std::string& what) {
   }
 }
 
-/// when = y, a condition lt(y, 0) (its sign change), or an equation y ~ 0.
+/// Negative where the condition holds, with a root where it begins or ends; what is no condition as it is.
+static Expr sign_of(Expr condition) {
+  if (condition.is_symbol() || condition.is_constant()) return condition;
+  switch (condition.op()) {
+    case Op::lt:
+    case Op::le:
+      return condition.operand(0) - condition.operand(1);
+    case Op::both:
+      return make(Op::max, sign_of(condition.operand(0)), sign_of(condition.operand(1)));
+    case Op::either:
+      return make(Op::min, sign_of(condition.operand(0)), sign_of(condition.operand(1)));
+    default:
+      return condition;
+  }
+}
+
+/// when = y, a condition lt(y, 0), any(…), all(…) (its sign change), or an equation y ~ 0.
 static Expr read_when(lua_State* L, int index, const std::string& what) {
   if (lua_isnil(L, index)) throw Error(text(what, " needs when: an expression whose roots are the events"));
   if (const auto* held = object_at(L, index, TypeName<Equation>::value)) {
     const auto& equation = *static_cast<const Equation*>(held->get());
     if (equation.lhs.size() == 1) return equation.lhs(0, 0) - equation.rhs(0, 0);
   }
-  const Expr e = to_expr(L, index, what + ".when");
-  if (e.op() == Op::lt || e.op() == Op::le) return e.operand(0) - e.operand(1);
-  return e;
+  return sign_of(to_expr(L, index, what + ".when"));
 }
 
 dae::Transition read_transition(lua_State* L, int table, std::span<const Expr> known,
