@@ -319,7 +319,11 @@ bool is_sum(const std::string& words) {
 /// One term with its sign in front.
 std::string term_text(Expr c, const std::string& variable, int k, bool latex, bool decimals) {
   const std::string p = power_text(variable, k, latex);
-  if (decimals && !c.is_one() && c != Expr(-1)) return with_power(pendula::rounded(constant_value(c)), p);
+  if (decimals && !c.is_one() && c != Expr(-1)) {
+    const std::string number = pendula::rounded(constant_value(c));
+    const bool one = k > 0 && (number == "1" || number == "-1");  // 1 to rounding: s, not 1 s
+    return one ? (number == "1" ? p : "-" + p) : with_power(number, p);
+  }
   std::string words = coefficient_text(c, latex);
   if (k == 0) return is_sum(words) && words[0] == '-' ? "(" + words + ")" : words;
   if (c.is_one()) return p;

@@ -159,6 +159,9 @@ constexpr Remedy foreign_globals[] = {
     // linear systems and identification
     {"TransferFunction", "write tf({1}, {1, 1})"},
     {"s", "the variable of transfer functions is s = tf \"s\""},
+    {"routh Routh routh_hurwitz hurwitz", "write G:stability(), with symbols the conditions of Routh"},
+    {"evalfr freqs freqz", "the value at a point is G(s), at jω G({ 0, w }), a curve G:freqresp()"},
+    {"bandwidth", "where the gain has fallen by 3 dB is read from bode(G)"},
     {"pid PID", "with s = tf \"s\" a controller is kp + ki/s + kd*s/(0.01*s + 1)"},
     {"StateSpace", "write ss(A, B, C, D)"},
     {"zeros_of poles_of pole zero isstable", "write G:poles() or G:zeros()"},
@@ -252,6 +255,10 @@ constexpr Remedy lti_members[] = {
     {"stable isstable", "write G:is_stable(), or G:stability() with the reason"},
     {"eig pole", "write G:poles()"},
     {"zero", "write G:zeros()"},
+    {"stepinfo", "G:step() prints them; r = G:step() has r.rise_time, r.overshoot, r.settling_time"},
+    {"at evalfr evaluate value", "the value at a point is G(s), at jω G({ 0, w })"},
+    {"bandwidth", "where the gain has fallen by 3 dB is read from G:bode()"},
+    {"freq frequency_response", "write G:freqresp()"},
 };
 constexpr Remedy delay_members[] = {
     {"poles zeros damp stability is_stable rlocus",

@@ -266,7 +266,10 @@ std::vector<std::pair<Expr, double>> to_symbol_numbers(lua_State* L, int table, 
     const Vec values = to_numbers(L, entry.value, where);
     if (values.size() != static_cast<Eigen::Index>(entry.leaves.size()))
       throw Error(text(where, " has ", values.size(), values.size() == 1 ? " entry" : " entries", ", but '",
-                       entry.key, "' has ", entry.leaves.size()));
+                       entry.key, "' has ", entry.leaves.size(),
+                       values.size() == 1 ? text("; one value for all is ", shortest(values[0]), "*ones(",
+                                                 entry.leaves.size(), ", 1)")
+                                          : ""));
     for (std::size_t i = 0; i < entry.leaves.size(); ++i)
       numbers.emplace_back(entry.leaves[i], values[static_cast<Eigen::Index>(i)]);
   });

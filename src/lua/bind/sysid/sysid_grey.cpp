@@ -131,7 +131,9 @@ int fit(Call& call) {
     if (!o.has(key))
       throw Error(text(key, " is missing; write fit(sys, { params = {m}, data = d, y = x, start = {…} })"));
   const auto* held = object_at(L, o.push("data"), TypeName<sysid::IdData>::value);
-  if (!held) throw Error(text("data must be iddata, got ", describe(L, -1)));
+  if (!held)
+    throw Error(text("data must be iddata, got ", describe(L, -1),
+                     ": samples at equal steps are data = iddata{ y = { … }, u = { … }, Ts = 0.1 }"));
   r.data = *static_cast<const sysid::IdData*>(held->get());
   r.parameters = to_leaves(L, o.push("params"), "params", everything(*r.model));
   if (r.parameters.empty())
