@@ -227,7 +227,8 @@ def compile_in(scratch, commands, file, like=None, target=None):
     words = [os.path.join(scratch, file) if word in (original, original.replace(ROOT + "/src", scratch + "/src"))
              else word for word in words]
     words[words.index("-o") + 1] = target or "/dev/null"
-    run(words + ["-O0"] + ([] if target else ["-fsyntax-only"]))
+    quick = [] if "-include-pch" in words else ["-O0"]  # clang's precompiled headers keep their level
+    run(words + quick + ([] if target else ["-fsyntax-only"]))
 
 
 def check_results(program, additions):

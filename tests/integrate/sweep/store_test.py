@@ -5,6 +5,7 @@ pendula = os.environ["PENDULA"]
 folder = tempfile.mkdtemp(prefix="pendula_store_")
 db = folder + "/runs.db"
 log = folder + "/log"
+PATIENCE = float(os.environ.get("PENDULA_PATIENCE", "30"))  # seconds; sanitizers need more
 
 SCRIPT = """
 x, k = var "x", param("k", 1)
@@ -41,12 +42,12 @@ def stored():
             return []
 
 def run(name, **options):
-    return subprocess.run([pendula, name], capture_output=True, text=True, timeout=100, **options)
+    return subprocess.run([pendula, name], capture_output=True, text=True, timeout=4*PATIENCE, **options)
 
 def start(name):
     return subprocess.Popen([pendula, name], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
-def wait_for(condition, seconds=60):
+def wait_for(condition, seconds=2*PATIENCE):
     end = time.time() + seconds
     while not condition():
         assert time.time() < end, "nothing happened in time"
@@ -139,7 +140,7 @@ def crashed():
     worker = int(subprocess.run(["pgrep", "-P", str(process.pid)], capture_output=True).stdout.split()[0])
     time.sleep(0.1)
     os.kill(worker, signal.SIGKILL)
-    assert "finished 299" in process.communicate(timeout=100)[0]
+    assert "finished 299" in process.communicate(timeout=4*PATIENCE)[0]
     with sqlite3.connect(db) as connection:
         why = connection.execute("select why from runs where status = 'failed'").fetchall()
     assert why == [("its worker process ended unexpectedly (signal 9)",)], why
@@ -161,7 +162,7 @@ sweep(dae { der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = uniform
     wait_for(lambda: any(name.startswith("2.part") for name in os.listdir(db + ".d")))
     killed.kill()
     killed.wait()
-    said = sorted(process.communicate(timeout=60)[0].split(": ")[1].strip() for process in two)
+    said = sorted(process.communicate(timeout=2*PATIENCE)[0].split(": ")[1].strip() for process in two)
     assert said[0] == "done" and said[1] in ("done before", "done by another"), said
     here = shutil.which("parallel")                     # GNU parallel; over ssh: --sshlogin node1,node2
     if here:
