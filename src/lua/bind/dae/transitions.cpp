@@ -52,6 +52,19 @@ static void check_event_keys(lua_State* L, int table, const std::string& what) {
   }
 }
 
+static Expr sign_of(Expr condition);
+
+/// Of a condition inside any or all. Throws Error if it is an expression, which has roots but is neither true nor false.
+static Expr sign_of_part(Expr part, const char* function) {
+  const bool holds_or_not = part.is_constant() || part.op() == Op::lt || part.op() == Op::le ||
+                            part.op() == Op::both || part.op() == Op::either;
+  if (!holds_or_not)
+    throw Error(text(to_text(part), " in ", function,
+                     " is no condition: write lt(a, b), gt(a, b) or the like; ",
+                     "events at roots of several expressions are several events"));
+  return sign_of(part);
+}
+
 /// Negative where the condition holds, with a root where it begins or ends; what is no condition as it is.
 static Expr sign_of(Expr condition) {
   if (condition.is_symbol() || condition.is_constant()) return condition;
@@ -60,9 +73,11 @@ static Expr sign_of(Expr condition) {
     case Op::le:
       return condition.operand(0) - condition.operand(1);
     case Op::both:
-      return make(Op::max, sign_of(condition.operand(0)), sign_of(condition.operand(1)));
+      return make(Op::max, sign_of_part(condition.operand(0), "all"),
+                  sign_of_part(condition.operand(1), "all"));
     case Op::either:
-      return make(Op::min, sign_of(condition.operand(0)), sign_of(condition.operand(1)));
+      return make(Op::min, sign_of_part(condition.operand(0), "any"),
+                  sign_of_part(condition.operand(1), "any"));
     default:
       return condition;
   }
