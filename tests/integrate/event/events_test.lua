@@ -224,6 +224,7 @@ test("any and all of conditions are events where they begin or end", function()
   expect(times(all(gt(x, 0.1), lt(x, 0.2)), -1)):near(at(0.2), 1e-8)  -- becomes true, as lt(x, 0.2)
   expect(times(any(all(ge(x, 0.1), le(x, 0.2)), lt(x, 0.05)))):near(at(0.2, 0.1, 0.05), 1e-8)
   expect(times(lt(x, 0.2), -1)):near(at(0.2), 1e-8)
-  expect(function() times(any(x - 0.1, lt(x, 0.2))) end):fails "x - 0.1 in any is no condition: write lt(a, b)"
+  expect(function() times(any(x - 0.1, lt(x, 0.2))) end)
+    :fails "x - 0.1 in any is no condition: write lt(a, b)"
   expect(function() times(any(lt(x, 1), all(x, true))) end):fails "in all is no condition"
 end)
