@@ -100,3 +100,24 @@ test("what is no predictor", function()
   expect(function() predictor(var "q" * u(t)) end):fails "neither among the parameters"
   expect(function() predictor(b0 * u(t)):fit(iddata { y = { 1, 2 } }) end):fails "no inputs"
 end)
+
+-- A row whose prediction is not real for the parameters of an iterate counts as one: leaving it out would
+-- make the sum of squares smaller.
+test("predictors that are not real for all parameters are fitted to all rows", function()
+  local us, ys = {}, { 0.5 }
+  for k = 1, 40 do us[k] = math.sin(0.9*k)^2 end
+  for k = 2, 40 do ys[k] = 0.6^ys[k-1] + 0.3*us[k-1] end
+  local power = predictor(a1^y(t-1) + b1*u(t-1))
+  for _, start in ipairs { { 0.5, 0.1 }, { 0.05, 2 }, { 3, -1 }, { 1e-3, 10 } } do
+    local fit = power:fit(iddata { y = ys, u = us }, { start = start })
+    expect(fit.theta):near({ 0.6, 0.3 }, 1e-8)
+    expect(#fit.residuals):equals(39)
+  end
+  expect(function() power:fit(iddata { y = ys, u = us }, { start = { -1, 0 } }) end)
+    :fails "not finite at the start, first at sample 2; give start = { … }"
+  local late = predictor(a1^y(t-1) + b1*u(t-10))
+  expect(function() late:fit(iddata { y = { 0, 1 }, u = { 1, 0 } }) end)
+    :fails "no row is left: the predictor needs 10 earlier samples and the data has 2"
+  expect(function() power:fit(iddata { y = { 0/0, 0/0, 0/0 }, u = { 1, 0, 1 } }) end)
+    :fails "3 missing values: y at samples 1, 2, 3"
+end)

@@ -77,7 +77,10 @@ class Recursion {
           const Index s = t - p_.terms[fed_back_[j]].lag;
           if (s >= begin) slope.col(t) += out[n + 1 + j] * slope.col(s);
         }
-        if (std::isfinite(d_.y(t, 0)) && (std::isfinite(all[t]) || p_.recursive)) rows.push_back(t);
+        // Rows must not depend on θ, or the fewest rows would be the least sum: in nonlinear predictors data decide.
+        const bool usable =
+            p_.recursive || (p_.linear ? std::isfinite(all[t]) : known(in.data() + n, p_.terms.size()));
+        if (std::isfinite(d_.y(t, 0)) && usable) rows.push_back(t);
       }
     }
     rows_ = rows;
@@ -95,6 +98,9 @@ class Recursion {
   const std::vector<Index>& rows() const { return rows_; }  ///< of the last run
 
  private:
+  static bool known(const double* slots, std::size_t terms) {
+    return std::all_of(slots, slots + terms, [](double value) { return std::isfinite(value); });
+  }
   void fill(Index t, Index begin, const Vec& predicted, double* slots) const {
     for (std::size_t i = 0; i < p_.terms.size(); ++i) {
       const SignalTerm& s = p_.terms[i];
@@ -128,8 +134,13 @@ Minimum search(Recursion& recursion, Vec& theta, Vec& e, Mat& J, Vec& yhat, Mat&
     if (!e.allFinite() || !J.allFinite()) return {};
     return gauss_newton_model(-J, e);
   };
-  if (!loss(theta))
-    throw Failure("the predictor is not finite at the start; give start = { … } nearer to the solution");
+  if (!loss(theta)) {
+    Index row = 0;
+    while (row < e.size() && std::isfinite(e[row]) && J.row(row).allFinite()) ++row;
+    const Index sample = row < e.size() ? recursion.rows()[row] + 1 : 1;
+    throw Failure(text("the predictor is not finite at the start, first at sample ", sample,
+                       "; give start = { … } nearer to the solution"));
+  }
   MinimiserOptions options;
   options.iterations = 500;
   options.is_known = [&iterates](const Vec& at, const Vec&) {
@@ -157,7 +168,7 @@ void check(const Predictor& p, const IdData& d, InitialCondition start) {
 
 [[noreturn]] void no_row(const Predictor& p, const IdData& d) {
   throw Error(text("no row is left: the predictor needs ", p.memory(), " earlier samples and the data has ",
-                   d.samples()));
+                   d.samples(), missing(d) > 0 ? "; " + missing_text(d) : ""));
 }
 
 /// The estimate of this density instead of least squares.
@@ -201,9 +212,9 @@ PredictorFit fit(const Predictor& p, const IdData& d, InitialCondition start, co
   Vec e, yhat;
   Mat J;
   f.theta = p.linear ? Vec(Vec::Zero(theta0.size())) : theta0;
+  recursion.run(f.theta, e, J, yhat);
+  if (e.size() == 0) no_row(p, d);
   if (p.linear) {
-    recursion.run(f.theta, e, J, yhat);
-    if (e.size() == 0) no_row(p, d);
     f.theta = linearised(J, e).theta;
     f.ls = linearised(J, e);
     recursion.run(f.theta, e, J, yhat);
