@@ -50,13 +50,6 @@ std::optional<Found> piece_of(Expr node) {
   }
 }
 
-bool is_root(Expr e) {
-  if (e.op() == Op::sqrt) return true;
-  if (e.op() != Op::pow || !e.operand(1).is_constant()) return false;
-  const double q = constant_value(e.operand(1));
-  return q > 0 && q < 1;
-}
-
 /// Does the argument of a root have borders that no equation depends on otherwise: |…|, which has the same slopes on both
 /// sides, or max(x, 0) and the like in t, parameters and states?
 bool hides_borders(Expr root, const Model& model) {
@@ -78,6 +71,13 @@ bool hides_borders(Expr root, const Model& model) {
 }
 
 }  // namespace
+
+bool is_root(Expr e) {
+  if (e.op() == Op::sqrt) return true;
+  if (e.op() != Op::pow || !e.operand(1).is_constant()) return false;
+  const double q = constant_value(e.operand(1));
+  return q > 0 && q < 1;
+}
 
 bool is_complementarity(Expr residual) {
   if (residual.op() == Op::neg) residual = residual.operand(0);

@@ -46,6 +46,8 @@ class Choices {
   std::vector<std::pair<std::string, std::string>> where_;
 };
 
+/// √u or u^q, 0 < q < 1: its slope is infinite at u = 0.
+bool is_root(Expr e);
 /// 0 = min(a, b) or 0 = max(a, b), up to a sign.
 bool is_complementarity(Expr residual);
 

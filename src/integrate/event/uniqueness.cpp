@@ -8,6 +8,7 @@
 #include "base/lru_cache.hpp"
 #include "base/text.hpp"
 #include "dae/analysis/determinant_factors.hpp"
+#include "dae/model/piecewise.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
 
@@ -50,13 +51,6 @@ Expr inside(Expr e) {
   }
 }
 
-bool is_root(Expr e) {
-  if (e.op() == Op::sqrt) return true;
-  if (e.op() != Op::pow || !e.operand(1).is_constant()) return false;
-  const double q = constant_value(e.operand(1));
-  return q > 0 && q < 1;
-}
-
 /// Does e contain t, states, numbers and parameters only, states among them?
 bool moves_by_states(Expr e, const std::vector<Expr>& states) {
   bool moves = false;
@@ -82,7 +76,7 @@ std::vector<Expr> chain_of(Expr u, const dae::FirstOrder& equations) {
     for (std::size_t i = 0; i < equations.x.size(); ++i)
       if (!slopes[i + 1].is_zero()) next = next + slopes[i + 1] * equations.f[i];
     const std::vector<Expr> nodes = topological({&next, 1});
-    if (!moves_by_states(next, equations.x) || std::any_of(nodes.begin(), nodes.end(), is_root)) break;
+    if (!moves_by_states(next, equations.x) || std::any_of(nodes.begin(), nodes.end(), dae::is_root)) break;
     chain.push_back(next);
   }
   return chain;
@@ -97,7 +91,7 @@ std::vector<UniquenessCheck::Root> UniquenessCheck::roots_of(const Problem& prob
   if (const std::vector<Root>* found = known.find(equations)) return *found;
   std::vector<Root> roots;
   for (Expr node : topological(equations->F)) {
-    if (!is_root(node)) continue;
+    if (!dae::is_root(node)) continue;
     const Expr argument = inside(node.operand(0));
     // a sum of squares, as in lengths: its gradient vanishes with it
     if (dae::sign_of(argument) != 0) continue;
