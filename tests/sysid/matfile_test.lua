@@ -55,6 +55,73 @@ test("an array that is larger than its file is refused before memory is asked fo
   end
 end)
 
+-- An element whose tag says another length than it has.
+local function claimed(kind, length, bytes)
+  return string.pack("<I4I4", kind, length) .. bytes .. ("\0"):rep(-#bytes % 8)
+end
+local function from_hex(text)
+  return (text:gsub("%s", ""):gsub("..", function(pair) return string.char(tonumber(pair, 16)) end))
+end
+local function compressed(hex)
+  local bytes = from_hex(hex)
+  return string.pack("<I4I4", 15, #bytes) .. bytes
+end
+
+test("whatever kind of array says that it is gigabytes long is refused at once", function()
+  local four = 0xFFFFFFF0  -- bytes
+  local flags = function(class) return element(uint32, string.pack("<I4I4", class, 3)) end
+  local dims = function(rows, cols) return element(int32, numbers("i4", { rows, cols })) end
+  local m = element(int8, "m")
+  local jc, data = element(int32, numbers("i4", { 0, 2, 3 })), element(double, numbers("d", { 10, 30, 7 }))
+  local rows = element(int32, numbers("i4", { 1, 3, 0 }))
+  local width = element(int32, string.pack("<i4", 8))  -- of names of fields
+  local cases = {
+    ["row numbers"] = flags(5) .. dims(4, 2) .. m
+      .. claimed(int32, four, numbers("i4", { 1, 3, 0, 0 })) .. jc .. data,
+    ["beginnings of columns"] = flags(5) .. dims(4, 2) .. m .. rows
+      .. claimed(int32, four, numbers("i4", { 0, 2 })) .. data,
+    ["entries"] = flags(5) .. dims(4, 2) .. m .. rows .. jc
+      .. claimed(double, four, numbers("d", { 1, 2 })),
+    ["sparse columns"] = flags(5) .. dims(4, 0x1FFFFFFF) .. m .. rows .. jc .. data,
+    ["numbers"] = flags(6) .. dims(4, 1) .. m .. claimed(double, four, numbers("d", { 1, 2 })),
+    ["cells"] = flags(1) .. dims(0x7FFFFFF, 1) .. m .. full("", 1, 1, { 1 }),
+    ["structures"] = flags(2) .. dims(0x7FFFFFF, 1) .. m .. width .. element(int8, "a\0\0\0\0\0\0\0")
+      .. full("", 1, 1, { 1 }),
+    ["names of fields"] = flags(2) .. dims(1, 1) .. m .. width .. claimed(int8, four, "a\0\0\0\0\0\0\0"),
+    ["a field"] = flags(2) .. dims(1, 1) .. m .. width .. element(int8, "a\0\0\0\0\0\0\0")
+      .. claimed(matrix, four, flags(6) .. dims(0x7FFFFFF, 1) .. element(int8, "")),
+    ["characters"] = flags(4) .. dims(0x7FFFFFF, 1) .. m .. claimed(4, four, "abcdefgh"),
+  }
+  local begin = os.time()
+  for name, body in pairs(cases) do
+    write(text_header .. element(matrix, body))
+    local good, message = pcall(iddata.read, file, { y = "m1", Ts = 1 })
+    if good or not tostring(message):find(file, 1, true) then error(name .. ": " .. tostring(message), 0) end
+    write(text_header .. claimed(matrix, four, body))
+    if pcall(iddata.read, file, { y = "m1", Ts = 1 }) then error(name .. ", itself of 4 GB, is read", 0) end
+  end
+  -- the first case, compressed
+  write(text_header .. compressed [[78dae36360608800623620e6006256206686d2203e0b103301312314e732400048fec3ffffff19a1
+ea1990c479a06c2624394e209680ab527180d076505ac60100bdd10692]])
+  expect(function() iddata.read(file, { y = "m1", Ts = 1 }) end):fails(file)
+  local level4 = string.pack("<i4i4i4i4i4", 0, 0x7FFFFFF, 3, 0, 2) .. "y\0" .. numbers("d", { 1, 2, 3 })
+  write(level4)
+  expect(function() iddata.read(file, { y = "y1", Ts = 1 }) end):fails(file)
+  expect(os.difftime(os.time(), begin) <= 10):equals(true)  -- 22 files; one alone took 12 s
+end)
+
+test("compressed elements", function()
+  local d = read(text_header .. compressed [[78dae36360608800623620e680d220c00ae5b300312312ae84ca7302b102030c7cb087321
+c2014079416700000734f0338]], { y = "y", Ts = 1 })
+  expect(d.y[4]):equals(4)
+end)
+
+test("a file that ends inside a variable is refused, not read up to there", function()
+  local bytes = text_header .. full("y", 4, 1, { 1, 2, 3, 4 }) .. full("u", 4, 1, { 5, 6, 7, 8 })
+  expect(read(bytes, { y = "y", Ts = 1 }).y[4]):equals(4)
+  expect(function() read(bytes:sub(1, -9), { y = "y", Ts = 1 }) end):fails "damaged"
+end)
+
 test("indices that lead out of a sparse matrix are an error", function()
   for _, case in ipairs { { { 1, 9, 0 }, { 0, 2, 3 } }, { { 1, -1, 0 }, { 0, 2, 3 } },
     { { 1, 3, 0 }, { 0, 9, 3 } },

@@ -1,4 +1,5 @@
 // MATLAB files, by libmatio.
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -8,8 +9,10 @@
 
 #include "base/draft.hpp"
 #include "base/error.hpp"
+#include "base/stoppable.hpp"
 #include "base/text.hpp"
 #include "sysid/data/iddata.hpp"
+#include "sysid/data/mat_memory.hpp"
 
 #ifdef PENDULA_MATIO
 #include <dlfcn.h>
@@ -120,9 +123,10 @@ std::vector<double> from_sparse(const matvar_t& v, Shape shape) {
   if (shape.size() > most_entries)
     throw Error(text("a sparse ", shape.rows, "×", shape.cols, " matrix is too large to be data"));
   const auto& sparse = *static_cast<const mat_sparse_t*>(v.data);
-  if (sparse.ndata == 0) return std::vector<double>(shape.size());
   const auto damaged = [] { return Error("the indices of a sparse matrix are damaged"); };
-  if (!sparse.jc || !sparse.ir || !sparse.data || sparse.njc != shape.cols + 1) throw damaged();
+  if (!sparse.jc || sparse.njc != shape.cols + 1) throw damaged();
+  if (sparse.ndata == 0 && sparse.jc[shape.cols] == 0) return std::vector<double>(shape.size());
+  if (!sparse.ir || !sparse.data || sparse.ndata == 0) throw damaged();
   const std::size_t bytes = static_cast<std::size_t>(sparse.ndata) * MATIO(Mat_SizeOf)(v.data_type);
   const std::vector<double> values = entries_as(v.data_type, sparse.data, sparse.ndata, bytes);
   if (values.empty()) return {};
@@ -223,19 +227,54 @@ std::string written(const NamedMatrices& variables, const std::string& path) {
   return memory.content();
 }
 
-/// A full array has no more entries than its file can hold, at the best compression there is (deflate: 1032 to 1):
-/// else libmatio would ask for gigabytes because of one damaged byte.
-void check_sizes(mat_t* file, std::uintmax_t bytes) {
-  constexpr std::uintmax_t compression = 1040;
-  while (matvar_t* raw = MATIO(Mat_VarReadNextInfo)(file)) {
+/// How many variables there are. A full array has no more entries than its file has bytes.
+int counted(mat_t* file, std::uintmax_t bytes) {
+  int count = 0;
+  for (; matvar_t* raw = MATIO(Mat_VarReadNextInfo)(file); ++count) {
     const Variable variable(raw, MATIO(Mat_VarFree));
     if (raw->class_type == MAT_C_SPARSE || raw->class_type == MAT_C_STRUCT || !raw->dims) continue;
     std::uintmax_t entries = 1;
     for (int k = 0; k < raw->rank; ++k)
-      if (raw->dims[k] > 0 && (entries *= raw->dims[k]) > compression * bytes)
+      if (raw->dims[k] > 0 && (entries *= raw->dims[k]) > bytes)
         throw Error("an array is larger than the file: it is damaged");
   }
   MATIO(Mat_Rewind)(file);
+  return count;
+}
+
+NamedMatrices read_here(const std::string& path, std::uintmax_t bytes) {
+  // int8 that become doubles, twice, and as much again for what libmatio keeps; beside that, its buffers
+  constexpr std::uintmax_t copies = 32, buffers = std::uintmax_t{64} << 20;
+  const MemoryLimit limit(copies * bytes + buffers);
+  const File file(MATIO(Mat_Open)(path.c_str(), MAT_ACC_RDONLY), MATIO(Mat_Close));
+  if (!file) throw Error("it cannot be opened as a MATLAB file");
+  NamedMatrices found;
+  int left = counted(file.get(), bytes);
+  for (; matvar_t* raw = MATIO(Mat_VarReadNext)(file.get()); --left) {
+    const Variable variable(raw, MATIO(Mat_VarFree));
+    if (raw->name) collect(*raw, raw->name, found, 0);
+  }
+  if (left > 0) throw Error("not all of its variables can be read: it is damaged");
+  return found;
+}
+
+/// In a process of its own, where it can be limited, stopped, and break. Names travel as matrices of their bytes.
+NamedMatrices read_in_child(const std::string& path, std::uintmax_t bytes) {
+  constexpr double always = INFINITY;
+  const std::vector<Mat> parts = stoppable(always, [&] {
+    std::vector<Mat> sent;
+    for (auto& [name, matrix] : read_here(path, bytes)) {
+      sent.push_back(Eigen::Map<const Eigen::Matrix<char, 1, Eigen::Dynamic>>(
+                         name.data(), static_cast<Eigen::Index>(name.size()))
+                         .cast<double>());
+      sent.push_back(std::move(matrix));
+    }
+    return sent;
+  });
+  NamedMatrices found;
+  for (std::size_t k = 0; k + 1 < parts.size(); k += 2)
+    found.emplace_back(std::string(parts[k].data(), parts[k].data() + parts[k].size()), parts[k + 1]);
+  return found;
 }
 
 }  // namespace
@@ -245,17 +284,14 @@ NamedMatrices read_matrices(const std::string& path) {
     throw Error(
         text("cannot open ", path, " as a MATLAB file: ",
              std::filesystem::exists(path) ? "it is a folder, a pipe or a device" : "there is no such file"));
-  const File file(MATIO(Mat_Open)(path.c_str(), MAT_ACC_RDONLY), MATIO(Mat_Close));
-  if (!file) throw Error(text("cannot open ", path, " as a MATLAB file"));
+  library();  // before there is a child: it is opened once
   NamedMatrices found;
   try {
-    check_sizes(file.get(), std::filesystem::file_size(path));
-    while (matvar_t* raw = MATIO(Mat_VarReadNext)(file.get())) {
-      const Variable variable(raw, MATIO(Mat_VarFree));
-      if (raw->name) collect(*raw, raw->name, found, 0);
-    }
+    found = read_in_child(path, unpacked_size(path));
   } catch (const Error& e) {
     throw Error(text(path, ": ", e.what()));
+  } catch (const Failure&) {  // the child has gone
+    throw Error(text(path, ": libmatio breaks down where it reads it: it is damaged"));
   } catch (const std::bad_alloc&) {
     throw Error(
         text(path, " says that it holds more than there is memory: it is damaged, or not for this machine"));
