@@ -9,6 +9,7 @@
 #include "lua/session/forbidden_calls.hpp"
 #include "lua/session/state.hpp"
 #include "shell/input/signals.hpp"
+#include "shell/sandbox/harmless.hpp"
 #include "shell/sandbox/json.hpp"
 #include "shell/script.hpp"
 
@@ -71,11 +72,28 @@ class Confined {
   std::unique_ptr<lua_State, decltype(&lua_close)> state_;
 };
 
-void write_all(int descriptor, const char* bytes, std::size_t size) {
-  std::FILE* const file = descriptor == 1 ? stdout : stderr;
-  std::fwrite(bytes, 1, size, file);
-  std::fflush(file);
-}
+/// Passes on what the script prints; a terminal does not obey it.
+class Output {
+ public:
+  explicit Output(std::FILE* file) : file_(file), terminal_(isatty(fileno(file)) != 0) {}
+  void operator()(const char* bytes, std::size_t size) {
+    if (terminal_)
+      put(filter_({bytes, size}));
+    else
+      put({bytes, size});
+  }
+  void end() { put(filter_.rest()); }
+  std::string words(const std::string& own) const { return terminal_ ? sandbox::harmless(own) : own; }
+
+ private:
+  void put(std::string_view bytes) {
+    std::fwrite(bytes.data(), 1, bytes.size(), file_);
+    std::fflush(file_);
+  }
+  std::FILE* file_;
+  bool terminal_;
+  sandbox::Harmless filter_;
+};
 
 std::string summary(const sandbox::Outcome& o) {
   std::string words = o.kind == sandbox::Kind::error ? "" : text("safe mode: ", sandbox::name_of(o.kind));
@@ -105,24 +123,27 @@ int run_safely(const Options& options) {
   catch_interrupt_in_session();
   std::fflush(nullptr);  // what stands in buffers must not be written twice
   std::string out, err;
+  Output shown(stdout), complaints(stderr);
   const auto print = [&](int descriptor, const char* bytes, std::size_t size) {
     if (options.json)
       (descriptor == 1 ? out : err).append(bytes, size);
     else
-      write_all(descriptor, bytes, size);
+      (descriptor == 1 ? shown : complaints)(bytes, size);
   };
   const auto prepare = [&](sandbox::Reporter& reporter) -> sandbox::Work {
     auto confined = std::make_shared<Confined>(options, sources, reporter);
     return [confined] { return confined->work(); };
   };
   const sandbox::Outcome outcome = sandbox::run(options.limits, prepare, print);
+  shown.end();
+  complaints.end();
   if (options.json) {
     auto report = json_outcome(outcome);
     report.emplace_back("output", sandbox::json_text(out));
     report.emplace_back("errors", sandbox::json_text(err));
     std::printf("%s\n", sandbox::json_object(report).c_str());
   } else if (outcome.kind != sandbox::Kind::finished) {
-    complain(summary(outcome));
+    complain(complaints.words(summary(outcome)));
   }
   return sandbox::status_of(outcome.kind);
 }

@@ -160,6 +160,32 @@ for k in range(12):
 assert "os.exit with status 3" in found["exit3.lua"]["message"], found["exit3.lua"]
 assert "bytecode" in found["bytecode.lua"]["message"] or "binary" in found["bytecode.lua"]["message"]
 
+# What a submission says is no line of the report, and no command to a terminal.
+forger = write("forger.lua", r"a = 8 error('\27[2J\r\nhonest.lua: 1 of 1\n  a               right      1 of 1')")
+done = subprocess.run([PROGRAM, "grade", one, forger], capture_output=True, text=True, timeout=60)
+lines = done.stdout.splitlines()
+assert [line for line in lines if line.startswith("honest")] == [] and "\x1b" not in done.stdout, lines
+assert not any(line.startswith("  a ") and " right " in line for line in lines), lines
+turned = write("turned.lua", "error '\u202e\x9b2J'")
+done = subprocess.run([PROGRAM, "grade", one, turned, "--json"], capture_output=True, text=True, timeout=60)
+assert r"\u202e" in done.stdout and "\u202e" not in done.stdout, done.stdout
+
+# Files that are no submission cost one: links (to the teacher's solution), devices, huge ones.
+odd = os.path.join(work, "odd")
+os.mkdir(odd)
+write(os.path.join("odd", "good.lua"), "a = 7")
+write("solution.lua", "a = 7")
+os.symlink(os.path.join(work, "solution.lua"), os.path.join(odd, "link.lua"))
+os.symlink("nowhere", os.path.join(odd, "dangling.lua"))
+os.mkfifo(os.path.join(odd, "pipe.lua"))
+with open(os.path.join(odd, "huge.lua"), "wb") as file:
+    file.truncate(1 << 33)
+found, _ = graded(one, odd)
+assert {name: row["points"] for name, row in found.items()} == {
+    "good.lua": 1, "link.lua": 0, "dangling.lua": 0, "pipe.lua": 0, "huge.lua": 0}, found
+for name, words in (("link", "symbolic link"), ("dangling", "symbolic link"), ("pipe", "regular file"), ("huge", "at most")):
+    assert words in found[name + ".lua"]["message"], found[name + ".lua"]
+
 # Tasks that are none.
 for source, words in (("", "no task"), ("task { 'a' }", "give an answer"), ("task { 'fit', answer = 1 }", "vocabulary"),
                       ("task { 'a', answer = 1 } task { 'a', answer = 2 }", "twice"), ("x = = 1", "unexpected"),

@@ -1,8 +1,14 @@
 #include "shell/grading/grade.hpp"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <filesystem>
 #include <fstream>
@@ -37,6 +43,21 @@ std::string read(const std::string& path) {
     throw Error("grade: cannot read '" + path + "'");
   }
   return text.str();
+}
+
+/// Of a file of its own: a link could lead to another's, or to the teacher's.
+std::string read_submission(const std::string& path) {
+  constexpr off_t most = 4 << 20;
+  const int file = open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  if (file < 0 && errno == ELOOP) throw Error("it is a symbolic link; hand in the file itself");
+  if (file < 0) throw Error(text("it cannot be read: ", std::strerror(errno)));
+  struct stat about {};
+  const bool regular = fstat(file, &about) == 0 && S_ISREG(about.st_mode);
+  close(file);
+  if (!regular) throw Error("it is no regular file");
+  if (about.st_size > most)
+    throw Error(text("it has ", about.st_size, " bytes; a submission has at most ", most));
+  return read(path);
 }
 
 std::string joined(const std::vector<std::string>& fields) {
@@ -146,7 +167,16 @@ class Grader {
 
   /// The answers are the results of the outcome, also of a submission that failed later.
   sandbox::Outcome run(const std::string& path) const {
-    const std::string source = read(path), name = fs::path(path).filename().string();
+    std::string source;
+    try {
+      source = read_submission(path);
+    } catch (const Error& e) {
+      sandbox::Outcome unread;
+      unread.kind = sandbox::Kind::error;
+      unread.message = e.what();
+      return unread;
+    }
+    const std::string name = fs::path(path).filename().string();
     std::vector<std::string> names;
     for (const Task& task : tasks_) names.push_back(task.name);
     sandbox::Limits limits = request_.limits;
@@ -198,11 +228,12 @@ std::vector<std::string> files_of(const std::vector<std::string>& paths) {
   for (const std::string& path : paths) {
     std::error_code ignored;
     if (!fs::is_directory(path, ignored)) {
+      if (!fs::exists(fs::symlink_status(path, ignored))) throw Error("grade: there is no '" + path + "'");
       files.push_back(path);
       continue;
     }
     for (const auto& entry : fs::directory_iterator(path))
-      if (entry.path().extension() == ".lua" && entry.is_regular_file(ignored))
+      if (entry.path().extension() == ".lua" && !entry.is_directory(ignored))
         files.push_back(entry.path().string());
   }
   std::sort(files.begin(), files.end());

@@ -4,6 +4,7 @@
 
 #include "base/error.hpp"
 #include "shell/grading/grade.hpp"
+#include "shell/sandbox/harmless.hpp"
 #include "shell/sandbox/json.hpp"
 
 namespace pendula::shell::grading {
@@ -47,21 +48,23 @@ std::string json_report(const Report& report) {
          "\n";
 }
 
+/// Names, messages and feedback come from the submissions too: none of them becomes a line of its own.
 std::string text_report(const Report& report) {
+  using sandbox::harmless_part;
   std::ostringstream out;
   if (!report.title.empty()) out << report.title << "\n\n";
   for (const Graded& g : report.submissions) {
-    out << g.submission << ": " << g.points() << " of " << report.of << "\n";
+    out << harmless_part(g.submission) << ": " << g.points() << " of " << report.of << "\n";
     if (g.outcome.kind != sandbox::Kind::finished) {
       out << "  " << sandbox::name_of(g.outcome.kind);
-      for (const std::string& call : g.outcome.forbidden) out << " " << call;
-      out << (g.outcome.message.empty() ? "" : ": " + g.outcome.message) << "\n";
+      for (const std::string& call : g.outcome.forbidden) out << " " << harmless_part(call);
+      out << (g.outcome.message.empty() ? "" : ": " + harmless_part(g.outcome.message)) << "\n";
     }
     for (const Verdict& v : g.verdicts) {
       out << "  " << std::left << std::setw(16) << v.task << std::setw(11) << v.verdict << v.points << " of "
           << v.of;
       if (v.line > 0) out << "  line " << v.line;
-      if (!v.feedback.empty()) out << "  " << v.feedback;
+      if (!v.feedback.empty()) out << "  " << harmless_part(v.feedback);
       out << "\n";
     }
   }

@@ -6,8 +6,15 @@
 #include <cstdio>
 
 #include "base/utf8.hpp"
+#include "shell/sandbox/harmless.hpp"
 
 namespace pendula::shell::sandbox {
+
+static std::string escaped(unsigned code) {
+  std::array<char, 16> words{};
+  std::snprintf(words.data(), words.size(), "\\u%04x", code);
+  return words.data();
+}
 
 std::string json_text(std::string_view bytes) {
   std::string out = "\"";
@@ -22,10 +29,11 @@ std::string json_text(std::string_view bytes) {
       out += "\\n";
     else if (c == '\t')
       out += "\\t";
-    else if (c < 0x20 || c == 0x7F) {
-      std::array<char, 8> escape{};
-      std::snprintf(escape.data(), escape.size(), "\\u%04x", c);
-      out += escape.data();
+    else if (c < 0x20 || c == 0x7F)
+      out += escaped(c);
+    else if (length == 2 || length == 3) {
+      const unsigned code = code_of(bytes.substr(0, length));
+      out += is_obeyed(code) ? escaped(code) : std::string(bytes.substr(0, length));
     } else
       out += bytes.substr(0, length);
     bytes.remove_prefix(length == 0 ? 1 : length);
