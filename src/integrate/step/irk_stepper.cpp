@@ -172,6 +172,7 @@ bool IrkStepper::complete(double dt) {
     }
   }
   if (f().stiffly_accurate && !moved) return true;
+  std::copy_n(next_.xdot.data(), n(), work_.velocity.data());
   if (determined_ && !rhs_(next_.t, next_.x.data(), next_.xdot.data(), next_.z.data())) {
     trouble_ = rhs_.reason();
     return false;
@@ -231,7 +232,7 @@ void IrkStepper::step(double end) {
       reject(dt, error >= 1 ? Rejection::error : Rejection::unsolvable, error);
       continue;
     }
-    if (const double more = correction_at_end(dt); more >= 1) {
+    if (const double more = std::max(correction_at_end(dt), stiff_error_at_end(dt)); more >= 1) {
       need_jacobian = !jacobian_.fresh;
       reject(dt, Rejection::error, more);
       continue;
