@@ -1,4 +1,6 @@
 // MATLAB files, by libmatio.
+#include "sysid/data/iddata.hpp"
+
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -11,7 +13,6 @@
 #include "base/error.hpp"
 #include "base/stoppable.hpp"
 #include "base/text.hpp"
-#include "sysid/data/iddata.hpp"
 #include "sysid/data/mat_memory.hpp"
 
 #ifdef PENDULA_MATIO
