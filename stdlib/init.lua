@@ -5,7 +5,6 @@ include "testing"    -- test, expect
 include "files"      -- save, load
 include "json"       -- json
 include "models"     -- form:solve
-include "redundant"   -- sys:independent
 include "prepare"    -- sys:prepare
 include "session"    -- who, cd, ls, record, edit
 include "explain"    -- explain

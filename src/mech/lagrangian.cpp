@@ -7,6 +7,7 @@
 #include "base/text.hpp"
 #include "dae/model/make_model.hpp"
 #include "dae/rank/rank.hpp"
+#include "dae/regularise/least_norm.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/graph/depends_on.hpp"
 #include "expr/print/print.hpp"
@@ -120,6 +121,28 @@ VecX multipliers(const Lagrangian& s) {
   return column(newly_declared(symbol_vector(Kind::variable, s.multipliers, m)));
 }
 
+/// Where constraints follow from others, z is not unique: those of least norm.
+void add_conditions_on_multipliers(const Lagrangian& s, const dae::Mechanics& mech,
+                                   const Redundancy& redundant, std::vector<dae::Block>& blocks,
+                                   dae::ModelOptions& options) {
+  if (redundant.rest.empty()) {
+    for (std::size_t k = 0; k < redundant.combination.size(); ++k)
+      blocks.push_back({VecX::Zero(1), VecX::Constant(1, redundant.combination[k].dot(mech.multipliers)),
+                        redundant.follows[k] + ": z of least norm, " + redundant.proofs[k]});
+    return;
+  }
+  dae::LeastNorm least{mech.multipliers, {}, redundant.kept, s.C(redundant.rest), redundant.rest_sizes};
+  for (const Entry& e : mech.dCdq) least.B.push_back({e.column, e.row, e.value});
+  std::vector<Expr> used(s.C.begin(), s.C.end());
+  used.insert(used.end(), {s.T, s.V});
+  used.insert(used.end(), s.Q.begin(), s.Q.end());
+  std::unordered_set<std::string> names{s.multipliers};
+  for (Expr leaf : leaves(used)) names.insert({symbol_of(leaf).name, symbol_of(leaf).vector});
+  std::string note = "z of least norm";
+  for (const std::string& proof : redundant.proofs) note += "; " + proof;
+  dae::add_least_norm(least, note + redundant.ranks, names, blocks, options);
+}
+
 }  // namespace
 
 dae::ModelPtr lagrange(const Lagrangian& s) {
@@ -157,14 +180,12 @@ dae::ModelPtr lagrange(const Lagrangian& s) {
   for (const Entry& e : mech.M) left[e.row] += e.value * a[e.column];
   for (const Entry& e : mech.dCdq) left[e.column] += e.value * mech.multipliers[e.row];
   std::vector<dae::Block> blocks{{left, mech.rhs, ""}};
-  for (std::size_t k = 0; k < redundant.words.size(); ++k)
-    blocks.push_back({VecX::Zero(1), VecX::Constant(1, redundant.combination[k].dot(mech.multipliers)),
-                      redundant.words[k] + ": z of least norm"});
-  if (s.C.size()) blocks.push_back({VecX::Zero(count), s.C(redundant.kept), ""});
   dae::ModelOptions options;
   options.name = s.name;
   options.x.assign(s.q.begin(), s.q.end());
   options.z.assign(mech.multipliers.begin(), mech.multipliers.end());
+  add_conditions_on_multipliers(s, mech, redundant, blocks, options);
+  if (s.C.size()) blocks.push_back({VecX::Zero(count), s.C(redundant.kept), ""});
   options.mechanics = std::move(mech);
   return dae::make_model(std::move(blocks), std::move(options));
 }

@@ -1,13 +1,17 @@
-// Constraints that follow from others wherever the coordinates are: C₃ = C₁ + 2 C₂, one constraint written twice.
+// Constraints that follow from others: C₃ = C₁ + 2 C₂, one constraint written twice, a sphere and a plane beside their
+// circle, a parallelogram with a third crank.
 //
-// With λᵀC = 0 for a λ free of q, λᵀ∂C/∂q = 0: constraint forces (∂C/∂q)ᵀz do not change along λ, and z is not unique.
-// The multipliers of least norm are orthogonal to all such λ. Constraints that depend on each other only where they
-// hold (a parallelogram with a third crank) are another matter: sys:independent, stdlib/redundant.lua.
+// With λᵀ∂C/∂q = 0, constraint forces (∂C/∂q)ᵀz do not change along λ, and z is not unique. The multipliers of least
+// norm are orthogonal to all such λ. λ is known in symbols where a constraint is a combination of others with
+// polynomials in q as factors: then λᵀC = 0 for all q, and λᵀ∂C/∂q = 0 where C = 0. Otherwise the dependence is one of
+// numbers at positions that satisfy all constraints (dae/points/implied_constraints), and
+// dae/regularise/least_norm needs no λ.
 #pragma once
 
 #include <string>
 #include <vector>
 
+#include "base/math.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/graph/matrix.hpp"
 
@@ -15,12 +19,15 @@ namespace pendula::mech {
 
 struct Redundancy {
   std::vector<int> kept;           ///< constraints that imply all others
-  std::vector<VecX> combination;   ///< λ, one for each of the others: Σ λ_k C_k = 0
-  std::vector<std::string> words;  ///< "C₃ follows from C₁, C₂"
+  std::vector<VecX> combination;   ///< λ of those that are combinations of others: Σ λ_k C_k = 0
+  std::vector<int> rest;           ///< those that follow from the kept ones where all hold, without such a λ
+  std::vector<double> rest_sizes;  ///< of their terms at a position
+  std::vector<std::string> follows, proofs;  ///< of those with λ: "C₃ follows from C₁, C₂", "C₃ = C₁ + 2 C₂"
+  std::string ranks;  ///< of those without: "gradients of C₁ … C₄: rank 3 where they hold"
 };
 
-/// Throws Error where a constraint contradicts others, C₂ = C₁ + 1, or where its gradient depends on theirs with
-/// coefficients that contain coordinates, C₂ = sin(C₁).
+/// Throws Error where a constraint contradicts others, C₂ = C₁ + 1. Cost: a few searches for positions; at once where
+/// gradients are independent at the first one.
 Redundancy redundancy(const VecX& C, const VecX& q, const std::vector<Entry>& dCdq);
 
 }  // namespace pendula::mech

@@ -17,6 +17,7 @@
 #include "dae/points/consistent_point_rank.hpp"
 #include "dae/rank/rank.hpp"
 #include "dae/rank/rank_with_gap.hpp"
+#include "dae/regularise/least_norm.hpp"
 #include "dae/regularise/regularise.hpp"
 #include "dae/structure/signature.hpp"
 #include "expr/print/print.hpp"
@@ -123,6 +124,8 @@ IndexResult from_array(const ModelPtr& model, const Analysis& a, const ArrayResu
 [[noreturn]] void fail_no_index(const Model& m, const Analysis& a, const ArrayResult* array,
                                 const std::vector<std::string>& tried) {
   std::string why = why_not_regular(m, a);
+  if (const std::string open = why_forces_are_open(m); !open.empty())
+    throw Failure("no index can be given: " + open);
   if (array) why += "\n  derivative array: " + array->text;
   for (const std::string& line : tried) why += "\n  " + line;
   throw Failure("no index can be given: " + why);
@@ -218,6 +221,10 @@ IndexResult find(const Model& m, const Analysis& a) {
   if (a.regular)  // else fail_no_index() says it
     if (const std::string why = why_unsolvable(m); !why.empty())
       throw Failure("no index can be given: " + why);
+  if (a.regular && a.dof == 0 && a.index > 1)
+    if (const std::string open = why_forces_are_open(m); !open.empty())
+      throw Failure(text("no index can be given for all positions: where nothing moves it is ", a.index,
+                         "; where the mechanism moves, ", open));
   if (a.regular && m.variables.size() > array_affordable) return confirmed_structure(m, a);
   if (const int points = a.regular ? points_of_agreement(m, a) : 0)
     return from_structure(a, text("structure and derivative array, ranks at ", points, " points"));

@@ -61,7 +61,9 @@ class NumericArray {
   /// The size of every unknown, as far as the equations tell it (magnitudes.hpp); 1 where all are near 1.
   const Vec& unit() const { return unit_; }
   const Vec& row_unit() const { return row_unit_; }  ///< of every row, in the same way
-  /// ∂rows/∂columns at w, in units of rows and columns; entries that are cancellation are 0.
+  /// Rows and ∂rows/∂columns at w, in units of rows and columns; entries of J that are cancellation are 0.
+  void evaluate_at(const Vec& w, const std::unordered_map<Expr, double>& known, Vec& r, Mat& J) const;
+  /// The latter alone.
   Mat jacobian(const Vec& w, const std::unordered_map<Expr, double>& known) const;
 
   /// The starting values of a seed; `continued` where it has a value.
@@ -70,7 +72,6 @@ class NumericArray {
  private:
   void prepare();
   void measure(Units units);
-  void evaluate_at(const Vec& w, const std::unordered_map<Expr, double>& known, Vec& r, Mat& J) const;
 
   std::vector<Expr> columns_, outputs_, others_;  ///< others: leaves of the outputs that are no columns
   std::vector<Entry> entries_;

@@ -1,6 +1,7 @@
 #include "dae/points/magnitudes.hpp"
 
 #include <Eigen/SparseCholesky>
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -73,6 +74,23 @@ class Magnitude {
         out.push_back(*s);
       }
     }
+    drop_negligible(out);
+  }
+
+  /// Without terms in the same unknowns as another one that are 10¹⁰ times smaller: cos(π/2) = 6e-17 of a sum with sin x
+  /// says nothing about sizes.
+  static void drop_negligible(std::vector<Form>& terms) {
+    constexpr double negligible = 23;  // log 10¹⁰
+    const auto smaller = [](const Form& a, const Form& b) { return a.constant < b.constant; };
+    const auto [least, most] = std::minmax_element(terms.begin(), terms.end(), smaller);
+    if (terms.empty() || most->constant - least->constant < negligible) return;
+    std::map<std::map<Index, double>, double> largest;
+    for (const Form& term : terms) {
+      const auto [it, is_new] = largest.try_emplace(term.slope, term.constant);
+      if (!is_new) it->second = std::max(it->second, term.constant);
+    }
+    std::erase_if(terms,
+                  [&](const Form& term) { return term.constant < largest.at(term.slope) - negligible; });
   }
 
   static Form mean(const std::vector<Form>& terms) {

@@ -15,6 +15,7 @@
 #include "dae/rank/rank.hpp"
 #include "dae/reduce/rank_reason.hpp"
 #include "dae/reduce/reduced_forms.hpp"
+#include "dae/regularise/least_norm.hpp"
 #include "dae/regularise/regularise.hpp"
 #include "dae/structure/differentiation.hpp"
 #include "expr/print/print.hpp"
@@ -149,6 +150,7 @@ ModelPtr index_one_form(const ModelPtr& model, const std::unordered_map<Expr, do
       return reduce_array(model, options);
     } catch (const Failure&) {  // the first reason is the better one
     }
+    if (const std::string open = why_forces_are_open(*model); !open.empty()) throw Failure(open);
     throw;
   }
 }

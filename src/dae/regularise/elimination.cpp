@@ -184,10 +184,6 @@ Step eliminate_constant_rows(Equations& e, const Structure& s, std::vector<std::
   return step;
 }
 
-namespace {
-
-/// p/q with small p and q from its residue (Wang's algorithm: von zur Gathen & Gerhard, Modern Computer
-/// Algebra, 3rd ed., §5.10), or nothing.
 std::optional<mpq_class> rational_of(Residue residue) {
   constexpr std::int64_t prime = (std::int64_t{1} << 61) - 1, bound = 1'000'000;
   std::int64_t r0 = prime, r1 = static_cast<std::int64_t>(residue), t0 = 0, t1 = 1;
@@ -201,6 +197,8 @@ std::optional<mpq_class> rational_of(Residue residue) {
   value.canonicalize();
   return t1 < 0 ? mpq_class(-value) : value;
 }
+
+namespace {
 
 /// Rows of J at several points side by side, the row combinations kept: what is left of a row that vanishes.
 std::optional<std::map<int, mpq_class>> constant_null_vector(const Structure& s,

@@ -14,6 +14,7 @@
 #include "dae/rank/rank_with_gap.hpp"
 #include "dae/rank/stable_values.hpp"
 #include "dae/reduce/reduce.hpp"
+#include "dae/regularise/least_norm.hpp"
 #include "dae/singular/singularity_conditions.hpp"
 #include "dae/start/continuations.hpp"
 #include "dae/start/start_system.hpp"
@@ -197,11 +198,11 @@ std::string ConsistentState::crossing() const {
 }
 
 std::string redundancy_hint(const ModelPtr& model, const std::vector<Expr>& open) {
-  const ModelPtr given = original(model);
-  if (!given->mechanics || open.empty()) return "";
-  const VecX& z = given->mechanics->multipliers;
-  const auto is_multiplier = [&](Expr leaf) { return std::find(z.begin(), z.end(), leaf) != z.end(); };
-  if (!std::all_of(open.begin(), open.end(), is_multiplier)) return "";
+  const std::vector<Expr> forces = multipliers_of(*original(model));
+  if (open.empty() || !std::all_of(open.begin(), open.end(), [&](Expr leaf) {
+        return std::find(forces.begin(), forces.end(), leaf) != forces.end();
+      }))
+    return "";
   return "\n  The gradients of the constraints depend on each other here, so that their forces are not unique. If that "
          "is so wherever the mechanism moves, use sys:independent{ fix = …, guess = … }.";
 }

@@ -36,8 +36,9 @@ struct Plan {
   bool check_singularities = true;  ///< false: no guards, no blocks
   std::vector<Guard> guards;        ///< where one vanishes, the run stops
   std::vector<Guard> choices;  ///< where one rests at 0 within the tolerances, a run with chosen steps stops
-  /// Asked where a run stops since a guard vanishes: "; solutions go on with z′ = -1 or z′ = 1", or "".
-  std::function<std::string(const Point&)> ways_on;
+  /// Asked where a run stops: "; solutions go on there with z′ = -1 or z′ = 1", or "". here: a guard vanishes there;
+  /// else the place where solutions meet is looked for ahead.
+  std::function<std::string(const Point&, bool here)> ways_on;
   std::vector<dae::LargeBlock> blocks;  ///< where one loses its rank, the run stops (rank_monitor.hpp)
 
   // ── chosen steps only ──

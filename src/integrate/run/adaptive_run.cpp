@@ -81,8 +81,8 @@ class AdaptiveRun {
     const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
     modes_.report();
     state_.solution->set_rounding(rounding_.remark(*state_.problem, stepper().here()));
-    if (outcome.ending == Ending::stopped && plan().ways_on && names_factor(outcome.message))
-      outcome.message += plan().ways_on(point_near(outcome.t));
+    if (outcome.ending == Ending::stopped && plan().ways_on)
+      outcome.message += plan().ways_on(point_near(outcome.t), names_factor(outcome.message));
     state_.solution->finish(std::move(outcome), state_.stats(), seconds);
   }
 

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/lru_cache.hpp"
 #include "base/text.hpp"
 #include "codegen/kernel/kernel.hpp"
 #include "dae/model/first_order.hpp"
@@ -83,7 +84,8 @@ class ArrayRun {
   TrajectoryPtr run() {
     Simulation part = simulation_;
     part.plan.times.reset();
-    dae::ModelPtr model = first_;
+    dae::ModelPtr model = chosen_for_start(part);
+    if (model != first_) tell_states(*first_, part.plan.from, *model, part.plan.from);
     RunOutcome outcome;
     for (long k = 0; k < most_choices; ++k) {
       const double from = part.plan.from;
@@ -95,7 +97,7 @@ class ArrayRun {
       const auto next = outcome.ending == Ending::stop_when || broke
                             ? chosen_anew(model, done.problem(), done.final(), part)
                             : std::nullopt;
-      if (k == 0 && !simulation_.plan.times && outcome.ending != Ending::stop_when &&
+      if (k == 0 && model == first_ && !simulation_.plan.times && outcome.ending != Ending::stop_when &&
           (!next || *next == model))
         return trajectory;  // as it is, with its steps for adjoints
       if (!next && outcome.ending == Ending::stop_when) {
@@ -140,6 +142,31 @@ class ArrayRun {
     const SolutionPtr solution(trajectory, &trajectory->solution());
     whole_.add({model, solution, part.plan.from}, simulation_.events.size());
     return trajectory;
+  }
+
+  /// Rows that were chosen elsewhere may determine the unknowns at the start only together with the constants that took the
+  /// place of open derivatives: those of a moving mechanism at rest. Regular they are then, and wrong. The last choices
+  /// are kept: a loop begins again and again there.
+  dae::ModelPtr chosen_for_start(Simulation& part) const {
+    constexpr std::size_t few = 8;
+    using Key = std::pair<dae::ModelPtr, dae::ConsistentStatePtr>;
+    struct Hash {
+      std::size_t operator()(const Key& key) const {
+        return std::hash<dae::ModelPtr>()(key.first) ^ 31 * std::hash<dae::ConsistentStatePtr>()(key.second);
+      }
+    };
+    static LruCache<Key, dae::ModelPtr, Hash> known(few);
+    const Key key{first_, simulation_.start};
+    if (const auto* found = known.find(key); found && *found == first_) return first_;
+    const ProblemPtr problem = make_problem(first_, simulation_);
+    const Point start = start_point(*problem, simulation_);
+    if (const auto* found = known.find(key)) {
+      part.start = dae::init(*found, request(**found, values_at(*first_, *problem, start), start.t));
+      return *found;
+    }
+    const auto next = chosen_anew(first_, *problem, start, part);
+    if (!next || *next == first_) part.start = simulation_.start;
+    return known.insert(key, next.value_or(first_));
   }
 
   double length() const { return simulation_.plan.to - simulation_.plan.from; }

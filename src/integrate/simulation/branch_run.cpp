@@ -39,8 +39,9 @@ class Approach {
 
   /// stop: where the run says that it has stopped. Returns why the point was not found, or "".
   std::string follow(const Solution& piece, double stop, int most_steps) {
-    constexpr double back = 0.02, beyond = 0.05;  // of the time since the start of the piece
-    constexpr std::size_t affordable = 12;        // unknowns: derivatives of high order are written out
+    constexpr double back = 0.02,
+                     beyond = 0.05;  // of the time since the start of the piece; beyond: also of the run
+    constexpr std::size_t affordable = 12;  // unknowns: derivatives of high order are written out
     if (model_.variables.size() > affordable || !model_.inputs.empty())
       return "the model is too large for that";
     measure(piece);
@@ -48,7 +49,8 @@ class Approach {
     const double begin = piece.t().front(), last = piece.t().back(), since = std::max(stop, last) - begin;
     dae::PointValues here =
         values_at(problem_, *simulation_.start, piece.at(std::min(last, begin + (1 - back) * since)));
-    const double end = std::min(begin + (1 + beyond) * since, simulation_.plan.to);
+    const double ahead = beyond * std::max(since, simulation_.plan.to - simulation_.plan.from);
+    const double end = std::min(begin + since + ahead, simulation_.plan.to);
     for (int k = 0; k < most_steps; ++k) {
       const auto way = dae::expansion(model_, {"", here, {}, ""}, false);
       if (!way) return "its derivatives were not found";
@@ -353,17 +355,22 @@ bool is_pole(const Solution& solution, const Point& end) {
 }  // namespace
 
 std::string ways_on_text(const dae::ModelPtr& model, const Simulation& simulation, const Solution& solution,
-                         const Point& point) {
+                         const Point& point, bool here) {
   if (is_explicit(*model) || is_pole(solution, point)) return "";
   Approach approach(*model, solution.problem(), simulation);
   std::vector<dae::WayOn> ways;
+  std::string where = "there";
   try {
-    if (approach.follow(solution, point.t, 4).empty()) ways = approach.ways();
+    if (approach.follow(solution, point.t, 4).empty()) {
+      ways = approach.ways();
+      if (!here) where = "where they meet, at t = " + rounded(approach.meeting(), 6) + ",";
+    }
   } catch (const UserFacing&) {  // nothing is known about a point beside it
   }
-  if (ways.size() < 2) ways = dae::ways_on(*model, values_at(solution.problem(), *simulation.start, point));
+  if (here && ways.size() < 2)
+    ways = dae::ways_on(*model, values_at(solution.problem(), *simulation.start, point));
   if (ways.size() < 2) return "";
-  return text("; solutions go on there with ", dae::ways_text(ways), " (branch = … follows one)");
+  return text("; solutions go on ", where, " with ", dae::ways_text(ways), " (branch = … follows one)");
 }
 
 TrajectoryPtr simulate_branches(const dae::ModelPtr& model, const Simulation& simulation) {

@@ -9,9 +9,10 @@
 
 namespace pendula::integrate {
 
-/// "; solutions go on there with z′ = -1 or z′ = 1 …" of a run that stops at a point, "" where it is not known.
+/// "; solutions go on there with z′ = -1 or z′ = 1 …" of a run that stops at a point, "" where it is not known. here: what
+/// stopped it names the place; else it may have stopped before one, whose time is then said.
 std::string ways_on_text(const dae::ModelPtr& model, const Simulation& simulation, const Solution& solution,
-                         const Point& point);
+                         const Point& point, bool here);
 
 /// As simulate(), which calls it; requires simulation.branch. Throws Error for fixed steps and sensitivities.
 TrajectoryPtr simulate_branches(const dae::ModelPtr& model, const Simulation& simulation);

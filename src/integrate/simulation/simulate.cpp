@@ -51,7 +51,9 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
   const auto so_far = std::make_shared<TrajectoryPtr>();
   complete_plan(plan, model, simulation, run, so_far);
   if (plan.check_singularities && simulation.start)
-    plan.ways_on = [&](const Point& p) { return ways_on_text(model, simulation, (*so_far)->solution(), p); };
+    plan.ways_on = [&](const Point& p, bool here) {
+      return ways_on_text(model, simulation, (*so_far)->solution(), p, here);
+    };
   const SolutionPtr solution = [&] {
     try {
       return integrate_adaptive(run.problem, simulation.method, run.start, plan,

@@ -9,13 +9,14 @@ return {
   why = [[the gradients of the constraints depend on each other wherever they hold, so the multipliers are not
     determined]],
   structural_index = 3, structural_dof = 0, verdict = "identically singular",
-  remark = "Pattern and generic rank of the constraint Jacobian are those of four independent constraints.",
+  remark = [[Pattern and generic rank of the constraint Jacobian are those of four independent constraints.
+    lagrange and sys:independent make a model with the multipliers of least norm.]],
   to = 1,
   build = function()
-    local q = var("q", 4)
+    local q, z = var("q", 4), var("z", 4)
+    local C = vec{ (q[1]^2 + q[2]^2 - 1)/2, ((q[3] - 1)^2 + q[4]^2 - 1)/2, q[3] - q[1] - 1, q[4] - q[2] }
     return {
-      model = lagrange { q = q, T = q.dot.T*q.dot/2, V = 9.81*(q[2] + q[4]), name = "parallelogram",
-        C = { (q[1]^2 + q[2]^2 - 1)/2, ((q[3] - 1)^2 + q[4]^2 - 1)/2, q[3] - q[1] - 1, q[4] - q[2] } },
+      model = dae { q.ddot ~ -jacobian(C, q).T*z - vec{0, 9.81, 0, 9.81}, 0 ~ C, name = "parallelogram" },
       constraints = {},
     }
   end,

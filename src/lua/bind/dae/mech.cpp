@@ -1,12 +1,15 @@
 // The `mech` module: Lagrange mechanics. Reads arguments, calls src/mech.
 #include "mech/lagrangian.hpp"
 
+#include "dae/model/make_model.hpp"
+#include "dae/regularise/least_norm.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
 #include "lua/bind/dae/dae.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/core/values.hpp"
+#include "lua/read/inputs.hpp"
 #include "lua/read/traced.hpp"
 
 namespace pendula::lua {
@@ -123,6 +126,23 @@ int lagrange(Call& call) {
   return call.push(mech::lagrange(system));
 }
 
+int independent(Call& call) {
+  const auto model = call.shared<dae::Model>(1, "model");
+  const Options o = call.options(2);
+  std::unordered_map<Expr, double> near;
+  for (const char* key : {"guess", "fix"}) {
+    if (!o.has(key)) continue;
+    for (const auto& [leaf, value] : read_leaf_values(call.L, o.push(key), key, *model)) near[leaf] = value;
+    lua_pop(call.L, 1);
+  }
+  dae::ParameterValues values;
+  if (o.has("params")) {
+    values = read_parameters(call.L, o.push("params"), *model, "params", {});
+    lua_pop(call.L, 1);
+  }
+  return call.push(dae::independent(values.empty() ? model : dae::with_values(model, values), near));
+}
+
 const dae::Mechanics& mechanics(Call& call) {
   const auto& model = call.object<dae::Model>(1, "model");
   if (!model.mechanics)
@@ -173,6 +193,12 @@ const OptionTable lagrange_options = {
     {"name", "string", "", "the name of the model"},
 };
 
+const OptionTable independent_options = {
+    {"fix", "table", "", "coordinates that are given there: { a1 = 1 }", "@variables"},
+    {"guess", "table", "", "where the search for the others begins", "@variables"},
+    {"params", "table", "", "values of parameters: { m = 2 }", "@parameters"},
+};
+
 }  // namespace
 
 extern const Module mech_module = {
@@ -181,8 +207,9 @@ extern const Module mech_module = {
     {
         {"lagrange", lagrange, R"(lagrange{ q =, T =, V =, C =, Q =, multipliers = "z", name = } -> model)",
          R"(d/dt ∂L/∂q′ - ∂L/∂q = Q with L = T - V - zᵀC: the equations W(q) q″ + (∂C/∂q)ᵀ z = rhs, 0 =
-            C(q). Constraints that follow from others (a multiple, a sum) change nothing: z are then those of
-            least norm, which the model says.)",
+            C(q). Constraints that follow from others (a multiple, a sum, a circle beside its sphere and plane, a
+            crank too many) change nothing: z are then those of least norm, which the model says, and an unknown
+            `excess`, 0 at the start, ends a run where a constraint no longer follows.)",
          "th = var \"theta\"  m, g, l = params \"m g l\"  return lagrange{ q = {th}, T = m*l^2*th.dot^2/2, "
          "V = -m*g*l*cos(th) }.rhs[1]",
          "-m g l sin(θ)", &lagrange_options},
@@ -191,6 +218,19 @@ extern const Module mech_module = {
          "th = var \"theta\"  F = param \"F\"  return generalized_force({th}, { "
          "{vec{sin(th), -cos(th)}, vec{F, 0}} })[1]",
          "F cos(θ)"},
+        {"model:independent", independent, "sys:independent{ fix =, guess =, params = } -> model",
+         R"(The same motion by independent constraints, for a model whose constraints depend on each other wherever
+            it can move near these values. lagrange does so for the positions that it finds; this is for others, and
+            for equations by hand, dae{ … } with constraints between states and multipliers that enter linearly.
+            Forces of dependent constraints are not unique; z are those of least norm. The other constraints hold by
+            themselves; `excess` is by how much they fail: 0 at every start. A run ends where that is a thousandth
+            of their terms: behind a position in which the chosen constraints depend on each other.)",
+         R"(x, y, z, w = vars "x y z w"
+            twice = dae{ der(x, 2) ~ -2*x*(z + w), der(y, 2) ~ -2*y*(z + w) - 9.81, 0 ~ x^2 + y^2 - 1,
+              0 ~ (x^2 + y^2)^2 - 1 }
+            free = twice:independent{ guess = { x = 1 } }
+            return free:index(), free:dof())",
+         "3 2", &independent_options},
         {"model#M", M, "sys.M -> matrix", "The mass matrix W(q) = ∂²L/∂q′².", "", ""},
         {"model#rhs", rhs, "sys.rhs -> column", "W(q) q″ + (∂C/∂q)ᵀ z = rhs.", "", ""},
         {"model#q", q, "sys.q -> column", "The generalised coordinates.", "", ""},

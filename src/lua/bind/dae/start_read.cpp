@@ -157,6 +157,25 @@ static void require_same_branch(const dae::ConsistentState& at, const dae::Consi
   }
 }
 
+/// Rows of form "array" that were chosen elsewhere may have other solutions at this start: for a mechanism at rest those of
+/// motions that its own equations do not have.
+static void require_same_values(const dae::ConsistentState& at, const dae::ConsistentState& here,
+                                const dae::Model& model) {
+  constexpr double same = 1e-6, rounding = 1e-9;  // of the two; of the largest value
+  double largest = 0;
+  for (const auto& [leaf, value] : at.values) largest = std::max(largest, std::fabs(value));
+  for (const auto& [leaf, given] : at.values) {
+    if (symbol_of(leaf).kind != Kind::variable) continue;
+    const Expr own = dae::resolve(model, leaf);
+    const auto now = here.values.find(own);
+    if (now == here.values.end()) continue;
+    const double difference = std::fabs(now->second - given);
+    if (difference > same * (std::fabs(now->second) + std::fabs(given)) + rounding * largest)
+      throw Failure(text("form \"array\" has ", to_text(leaf), " = ", rounded(now->second, 6),
+                         " at this start, where it is ", rounded(given, 6)));
+  }
+}
+
 /// Form "array" was made at another point, and its rows do not determine the unknowns at this start, where others do.
 static void require_rows_for(const dae::ConsistentStatePtr& at, const dae::ModelPtr& model) {
   const auto serves = [&](const dae::ModelPtr& form) {
@@ -229,6 +248,7 @@ static dae::ConsistentStatePtr translated_states(const dae::ConsistentStatePtr& 
   // What was fixed, chosen or computed in the original stays so: sensitivities of the start depend on it.
   auto result = std::make_shared<dae::ConsistentState>(*dae::init(model, request));
   if (model->form == "minimal") require_same_branch(*at, *result, *model);
+  if (model->form == "array") require_same_values(*at, *result, *model);
   std::unordered_map<Expr, dae::Origin> origins;
   for (const dae::LedgerRow& original : at->rows) {
     origins[original.leaf] = original.origin;

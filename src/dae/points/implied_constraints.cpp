@@ -1,0 +1,186 @@
+#include "dae/points/implied_constraints.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/decompositions.hpp"
+#include "base/least_squares.hpp"
+#include "dae/model/parameter_values.hpp"
+#include "dae/points/generic_functions.hpp"
+#include "dae/rank/rank_with_gap.hpp"
+#include "expr/graph/depends_on.hpp"
+
+namespace pendula::dae {
+namespace {
+
+using Index = Eigen::Index;
+using Verdict = ConstraintRank::Verdict;
+
+constexpr double found_below =
+    1e-7;  // of a residual beside its terms: a search from afar ends there or nowhere
+constexpr double holds_below =
+    1e-9;  // the same for what should follow: positions of independent constraints are exact
+constexpr double negligible =
+    1e-5;  // part of a unit gradient that is new; positions are exact to 1e-8 and better
+
+/// The residuals beside the size of their terms.
+Vec relative(const Vec& r, const Mat& J, const Vec& omega) {
+  return r.cwiseAbs().cwiseQuotient(Vec::Ones(r.size()) + J.cwiseAbs() * omega.cwiseAbs());
+}
+
+std::vector<Expr> pick(const std::vector<Expr>& list, const std::vector<int>& numbers) {
+  std::vector<Expr> out;
+  for (int i : numbers) out.push_back(list[i]);
+  return out;
+}
+
+}  // namespace
+
+ConstraintPositions::ConstraintPositions(const std::vector<Expr>& C, std::vector<Expr> q,
+                                         const ParameterValues& values)
+    : C_(without_calls(at_values(C, values))),
+      q_(std::move(q)),
+      all_(C_, q_, NumericArray::Units::always),
+      depends_on_time_(
+          std::any_of(C_.begin(), C_.end(), [](Expr c) { return depends_on(c, time_symbol()); })) {}
+
+/// Newton's method where the gradients are independent; elsewhere it is slow or fails, and least squares in a trust
+/// region converge still: the kept constraints bound the distance.
+std::optional<Vec> ConstraintPositions::position(const Vec& from, const Known& known) const {
+  if (const auto at = all_.project(from, known, 0); at && !at->slow) return at->w;
+  const Index n = from.size();
+  const auto model = [&](Vec& omega) -> std::optional<QuadraticModel> {
+    Vec r;
+    Mat J;
+    all_.evaluate_at(all_.unit().cwiseProduct(omega), known, r, J);
+    if (!r.allFinite() || !J.allFinite()) return {};
+    Vec padded = Vec::Zero(std::max(r.size(), n));
+    Mat square = Mat::Zero(padded.size(), n);
+    padded.head(r.size()) = r;
+    square.topRows(r.size()) = J;
+    return gauss_newton_model(square, padded);
+  };
+  Vec start = from.cwiseQuotient(all_.unit());
+  if (!model(start)) return {};
+  const Vec omega = minimise(model, start, {}).theta, w = all_.unit().cwiseProduct(omega);
+  Vec r;
+  Mat J;
+  all_.evaluate_at(w, known, r, J);
+  if (!r.allFinite() || relative(r, J, omega).maxCoeff() > found_below) return {};
+  return w;
+}
+
+/// Rows whose gradients are independent and far from being dependent: the first whose part that is new is at least a
+/// third of the largest one.
+std::vector<int> ConstraintPositions::well_conditioned(Mat J) const {
+  constexpr double enough = 0.3;
+  for (Index i = 0; i < J.rows(); ++i)
+    if (const double size = J.row(i).norm(); size > 0) J.row(i) /= size;
+  std::vector<int> chosen;
+  for (;;) {
+    const Vec rest = J.rowwise().norm();
+    const double largest = rest.maxCoeff();
+    if (!(largest > negligible)) break;
+    Index next = 0;
+    while (rest[next] < enough * largest) ++next;
+    const Vec unit = J.row(next).transpose() / rest[next];
+    for (int again = 0; again < 2; ++again) J -= (J * unit) * unit.transpose();
+    J.row(next).setZero();
+    chosen.push_back(static_cast<int>(next));
+  }
+  std::sort(chosen.begin(), chosen.end());
+  return chosen;
+}
+
+bool ConstraintPositions::all_hold(const Vec& at, const Known& known) const {
+  Vec r;
+  Mat J;
+  all_.evaluate_at(at, known, r, J);
+  return r.allFinite() && J.allFinite() &&
+         relative(r, J, at.cwiseQuotient(all_.unit())).maxCoeff() <= holds_below;
+}
+
+/// Do all constraints hold where the kept ones do, a step away along every direction that these allow, and later?
+bool ConstraintPositions::hold_beside(ConstraintRank& found, const NumericArray& kept, const Vec& at,
+                                      const Known& known) const {
+  constexpr double step = 0.05;
+  const auto r = static_cast<Index>(found.kept.size());
+  const Vec omega = at.cwiseQuotient(all_.unit());
+  const double size = omega.cwiseAbs().maxCoeff() > 0 ? omega.cwiseAbs().maxCoeff() : 1;
+  const Mat across = kept.jacobian(at, known).transpose();
+  const Mat free = r ? Mat(Mat(Eigen::HouseholderQR<Mat>(across).householderQ()).rightCols(at.size() - r))
+                     : Mat(Mat::Identity(at.size(), at.size()));
+  Known later = known;
+  if (const auto t = later.find(time_symbol()); t != later.end()) t->second += step;
+  if (free.cols() == 0 && !depends_on_time_) return true;
+  for (Index k = 0; k < std::max<Index>(free.cols(), 1); ++k) {
+    Vec moved = at;
+    if (free.cols()) moved += all_.unit().cwiseProduct(step * size * free.col(k));
+    const auto there = kept.project(moved, later, 0);
+    if (there && !there->slow && all_hold(there->w, later) &&
+        rank_with_gap(all_.jacobian(there->w, later)).rank == r)
+      continue;
+    const auto other = position(moved, later);
+    found.beside = other ? static_cast<int>(well_conditioned(all_.jacobian(*other, later)).size()) : 0;
+    return false;
+  }
+  return true;
+}
+
+ConstraintRank ConstraintPositions::judge(const Vec& at, const Known& known) const {
+  ConstraintRank found;
+  const Mat J = all_.jacobian(at, known);
+  if (!J.allFinite()) return found;
+  found.kept = well_conditioned(J);
+  found.rank = static_cast<int>(found.kept.size());
+  found.verdict = Verdict::independent;
+  found.sizes = all_.row_unit().cwiseProduct(J.cwiseAbs() * at.cwiseQuotient(all_.unit()).cwiseAbs());
+  const double largest = found.sizes.size() ? found.sizes.maxCoeff() : 0;
+  for (double& size : found.sizes)
+    if (size == 0) size = largest > 0 ? largest : 1;
+  if (found.kept.size() == C_.size()) return found;
+  found.verdict = Verdict::singular;
+  const NumericArray kept(pick(C_, found.kept), q_);
+  const auto exact = kept.project(at, known, 0);
+  if (!exact || exact->slow || !all_hold(exact->w, known)) return found;
+  const RankGap rank = rank_with_gap(all_.jacobian(exact->w, known));
+  if (rank.rank < found.rank && (exact->w - at).norm() > 0)
+    return judge(exact->w, known);  // `at` was not exact
+  if (rank.rank != found.rank || rank.gap < clear_gap || !hold_beside(found, kept, exact->w, known))
+    return found;
+  found.verdict = Verdict::implied;
+  found.position = known;
+  for (std::size_t j = 0; j < q_.size(); ++j) found.position[q_[j]] = exact->w[static_cast<Index>(j)];
+  return found;
+}
+
+ConstraintRank ConstraintPositions::near(const std::unordered_map<Expr, double>& values) const {
+  Vec from = Vec::Zero(static_cast<Index>(q_.size()));
+  for (std::size_t j = 0; j < q_.size(); ++j)
+    if (const auto it = values.find(q_[j]); it != values.end()) from[static_cast<Index>(j)] = it->second;
+  Known given = all_.known(0);
+  for (auto& [leaf, value] : given)
+    if (const auto it = values.find(leaf); it != values.end()) value = it->second;
+  const auto at = position(from, given);
+  return at ? judge(*at, given) : ConstraintRank{};
+}
+
+ConstraintRank ConstraintPositions::anywhere() const {
+  constexpr int seeds = 12;
+  ConstraintRank best;
+  if (q_.size() > affordable) return best;
+  for (int seed = 0; seed < seeds; ++seed) {
+    const Known given = all_.known(seed);
+    const auto at = position(all_.start(seed), given);
+    if (!at) continue;
+    const ConstraintRank found = judge(*at, given);
+    if (found.verdict == Verdict::implied) return found;
+    if (found.verdict == Verdict::independent) {
+      best = found;
+      if (C_.size() < q_.size()) return best;
+    }
+  }
+  return best;
+}
+
+}  // namespace pendula::dae

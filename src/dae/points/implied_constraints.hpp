@@ -1,0 +1,58 @@
+// Constraints that follow from others of them where all hold, as in an overconstrained mechanism.
+//
+// The gradients of 0 = C(q) depend on each other at every position near one, though not generically: Bricard's linkage,
+// a parallelogram with a third crank, a circle written as a sphere, a plane and a cylinder. By the theorem of constant
+// rank r of them imply all others near there. A singular position is something else: there the gradients depend on
+// each other too, beside it they do not, and nothing follows from anything.
+#pragma once
+
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+#include "base/math.hpp"
+#include "dae/model/model.hpp"
+#include "dae/points/array_points.hpp"
+
+namespace pendula::dae {
+
+struct ConstraintRank {
+  enum class Verdict {
+    no_position,  ///< none was found
+    independent,  ///< the gradients are independent at the position
+    singular,     ///< they depend on each other there, and nothing follows beside it
+    implied       ///< those that are not in `kept` follow from these, also beside the position
+  } verdict = Verdict::no_position;
+  int rank = 0, beside = 0;                   ///< of ∂C/∂q at the position, and beside it
+  std::vector<int> kept;                      ///< with independent gradients
+  Vec sizes;                                  ///< of the terms of every constraint
+  std::unordered_map<Expr, double> position;  ///< implied: values of all symbols of C that satisfy them
+};
+
+class ConstraintPositions {
+ public:
+  static constexpr std::size_t affordable = 100;  ///< coordinates; a search factorises its Jacobian often
+
+  /// Parameters without value and t are drawn.
+  ConstraintPositions(const std::vector<Expr>& C, std::vector<Expr> q, const ParameterValues& values);
+
+  /// At the position that the search from these values finds; 0 where there is none.
+  ConstraintRank near(const std::unordered_map<Expr, double>& values) const;
+  /// At positions found from seeded values. Where they differ: the one that can move, if the constraints are as many
+  /// as the coordinates or more, otherwise the one with independent gradients.
+  ConstraintRank anywhere() const;
+
+ private:
+  using Known = std::unordered_map<Expr, double>;
+  std::optional<Vec> position(const Vec& from, const Known& known) const;
+  ConstraintRank judge(const Vec& at, const Known& known) const;
+  std::vector<int> well_conditioned(Mat J) const;
+  bool hold_beside(ConstraintRank& found, const NumericArray& kept, const Vec& at, const Known& known) const;
+  bool all_hold(const Vec& at, const Known& known) const;
+
+  std::vector<Expr> C_, q_;
+  NumericArray all_;
+  bool depends_on_time_;
+};
+
+}  // namespace pendula::dae
