@@ -361,7 +361,7 @@ std::string ways_on_text(const dae::ModelPtr& model, const Simulation& simulatio
   std::vector<dae::WayOn> ways;
   std::string where = "there";
   try {
-    if (approach.follow(solution, point.t, 4).empty()) {
+    if (approach.follow(solution, point.t, 40).empty()) {
       ways = approach.ways();
       if (!here) where = "where they meet, at t = " + rounded(approach.meeting(), 6) + ",";
     }
