@@ -15,6 +15,7 @@ void MethodSelector::start(const Point& point) {
   const Choice choice = is_automatic() ? choose(state_.problem, method_, state_.plan, point, couplings_)
                                        : Choice{method_.family, method_.tableau, ""};
   method_.tableau = choice.tableau;
+  rival_ = choice.rival;
   use(*choice.family, point, choice.why);
 }
 
@@ -82,9 +83,11 @@ double MethodSelector::work() {
 }
 
 void MethodSelector::leave_explicit() {
+  constexpr double clearly = 1.5;
   const Problem& problem = *state_.problem;
   const double next = state_.stepper().next_dt();
-  const double worth = 100 * implicit_cost(problem.n() + problem.m());  // steps
+  const double worth = rival_.family ? clearly * rival_.worth_explicit_steps()
+                                     : 100 * implicit_cost(problem.n() + problem.m());  // steps
   if (state_.plan.to - state_.stepper().here().t < worth * next) return;
   look_ = {state_.stats().steps + look_.apart, look_.apart, 0};
   change(implicit_family(problem, method_, state_.plan), next,
@@ -122,7 +125,7 @@ void MethodSelector::leave_implicit() {
   if (high_index || couplings_ || method_.explicit_choice.empty() || state_.problem->n() == 0) return;
   const Point& here = state_.stepper().here();
   const double dt = here.t - state_.stepper().before().t;
-  if (state_.plan.to - here.t < worth * dt || !is_cheaper_explicit(state_.problem, here, dt)) {
+  if (state_.plan.to - here.t < worth * dt || !is_cheaper_explicit(state_.problem, here, dt, rival_)) {
     look_.apart = std::min(2 * look_.apart, seldom);
     look_.next = steps + look_.apart;
     look_.favourable = 0;
@@ -138,8 +141,8 @@ void MethodSelector::leave_implicit() {
   past_.per_time = (work() - past_.work) / (here.t - past_.t);
   past_.dt = dt;
   past_.begin_at = steps + first;
-  past_.compare_at = steps + enough;
-  method_.tableau = explicit_pair_for(method_, state_.plan);
+  past_.compare_at = rival_.family ? 0 : steps + enough;
+  method_.tableau = rival_.family ? method_.explicit_choice.back() : explicit_pair_for(method_, state_.plan);
   change(family::explicit_pair, 0, "no longer stiff: eigenvalues of ∂x′/∂x are small beside 1/(step size)");
 }
 

@@ -5,6 +5,7 @@
 
 #include "integrate/problem/active_subsystem.hpp"
 #include "integrate/run/adaptive_state.hpp"
+#include "integrate/run/methods.hpp"
 
 namespace pendula::integrate {
 
@@ -42,6 +43,8 @@ class MethodSelector {
   struct {
     long next = 25, apart = 25, favourable = 0;
   } look_;
+  /// Where the work of steps was counted.
+  Rival rival_;
   /// What an implicit method has cost, until the explicit one that follows has been compared with it.
   struct {
     double t = 0, work = 0;             ///< where counting began

@@ -1,11 +1,12 @@
 #include "integrate/run/methods.hpp"
 
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <functional>
 
 #include "integrate/problem/rhs_solver.hpp"
-#include "integrate/solve/band_lu.hpp"
+#include "integrate/run/step_work.hpp"
 #include "integrate/step/bdf_stepper.hpp"
 #include "integrate/step/chebyshev_stepper.hpp"
 #include "integrate/step/explicit_stepper.hpp"
@@ -203,8 +204,10 @@ const MethodFamily& implicit_family(const Problem& problem, const Method& method
   constexpr double loose = 5e-5, moderate = 0.99e-5;
   if (!method.rosenbrock || !problem.model().semi_explicit || has_high_index(plan)) return family::radau;
   const double rtol = tightest(plan);
-  const bool suits =
-      problem.n() + problem.m() >= large ? rtol >= moderate : rtol >= loose && !contains_time(problem);
+  const int unknowns = problem.n() + problem.m();
+  const bool suits = unknowns >= large            ? rtol >= moderate
+                     : unknowns > StepWork::small ? rtol >= moderate && !contains_time(problem)
+                                                  : rtol >= loose && !contains_time(problem);
   return suits ? family::rosenbrock : family::radau;
 }
 
@@ -234,24 +237,52 @@ bool is_stiff(const Rates& rates, double span, int unknowns, bool iterates) {
   return rates.damped * span > steps * implicit_cost(unknowns) && rates.damped > dominant * rates.growing;
 }
 
-/// Whether a Chebyshev method is faster than an implicit one: the spectrum is that of diffusion, few digits are asked
-/// for, and the operations of both, counted on this model, are far apart. Sizes of steps, iterations and speeds as
-/// measured on grids and lines of points (bench/problems/lattices.lua).
-bool is_diffusion(const Problem& problem, const Rates& rates, double span, double rtol) {
-  constexpr double loosest_digits = 0.99e-5, real = 1.05, shrinking = 0.01, vectorised = 0.2, clearly = 2;
-  constexpr int many = 200;
-  const int n = problem.n();
-  if (!problem.is_ode() || n < many || rtol < loosest_digits) return false;
+/// Are the eigenvalues those of diffusion, for which Chebyshev methods are stable, and is the Jacobian so nearly
+/// symmetric that they say what becomes of errors?
+bool is_diffusion(Problem& problem, const Rates& rates, const Point& at) {
+  constexpr double real = 1.05, shrinking = 0.01, normal = 0.01;
   if (rates.fastest > real * rates.damped || rates.growing > shrinking * rates.damped) return false;
-  std::vector<Position> positions;
-  for (const Problem::Entry& e : problem.pattern())
-    positions.push_back({e.row, e.column < n ? e.column : e.column - n});
-  const auto band = BandOrder::find(n, positions);
-  const double width = band ? band->below : std::sqrt(n);  // without a band: the separators of a grid
-  const double evaluation = static_cast<double>(problem.operations()) + 8.0 * n;
-  const double steps = 3 / std::cbrt(rtol), stages = steps * std::sqrt(1 + 1.5 * rates.damped * span / steps);
-  const double factorisations = 10 * (1.25 * n * width * width + 80 * n * width);
-  return clearly * vectorised * stages * evaluation < factorisations + 250 * evaluation;
+  const int n = problem.n();
+  problem.place(at.t, at.x.data(), at.xdot.data(), at.z.data());
+  std::vector<Eigen::Triplet<double>> entries;
+  for (std::size_t k = 0; k < problem.pattern().size(); ++k)
+    if (const auto e = problem.pattern()[k]; e.column < n)
+      entries.emplace_back(e.row, e.column, problem.jacobian()[k]);
+  Eigen::SparseMatrix<double> J(n, n);
+  J.setFromTriplets(entries.begin(), entries.end());
+  const Eigen::SparseMatrix<double> transposed = J.transpose();
+  return (J - transposed).norm() <= normal * J.norm();
+}
+
+/// The method of a large model that stability would force an explicit one to take many steps on: the work of each,
+/// counted.
+std::optional<Choice> counted_choice(Problem& problem, const Method& method, const Plan& plan,
+                                     const Point& start, const Rates& rates, double span) {
+  constexpr double many = 25, dominant = 4, clearly = 2, loosest_digits = 0.99e-5;
+  constexpr int stages = 12;  // of dop853
+  const double steps = rates.damped * span / stability_limit, rtol = tightest(plan);
+  if (steps < many || rates.damped <= dominant * rates.growing) return {};
+  const auto work = StepWork::of(problem);
+  if (!work || !method.explicit_choice.back()) return {};
+  const MethodFamily& family = implicit_family(problem, method, plan);
+  const bool linear = &family == &family::rosenbrock;
+  const double usual = linear ? usual_rosenbrock_steps(rtol) : usual_radau_steps(rtol);
+  const Rival rival{&family, linear ? work->rosenbrock_step() : work->radau_step(rtol),
+                    work->explicit_step(stages), usual};
+  const double explicit_run = steps * rival.explicit_step, implicit_run = usual * rival.implicit_step;
+  if (rtol >= loosest_digits &&
+      clearly * work->chebyshev_run(rates, span, rtol) < std::min(explicit_run, implicit_run) &&
+      is_diffusion(problem, rates, start))
+    return Choice{&family::chebyshev,
+                  nullptr,
+                  "stiff by diffusion: many stages cost less than factorisations for so few digits",
+                  {}};
+  if (implicit_run < explicit_run)
+    return Choice{&family, nullptr,
+                  "stiff: so many explicit steps as stability asks for would cost more than implicit ones",
+                  rival};
+  return Choice{&family::explicit_pair, method.explicit_choice.back(),
+                "explicit: stability limits the steps, and they cost less than implicit ones", rival};
 }
 
 /// The problem whose eigenvalues are looked at: of a large model that is at rest almost everywhere, a part.
@@ -310,9 +341,8 @@ Choice choose(const ProblemPtr& whole, const Method& method, const Plan& plan, c
   const int size = problem->n() + problem->m();
   const bool iterates = !derivative.is_linear() && plan.modes == 0;  // else few: branches are often linear
   if (!problem->has_dense_jacobian()) {
-    if (!couplings && is_stiff(*here, span, size, iterates) && is_diffusion(*whole, *here, span, rtol))
-      return {&family::chebyshev, nullptr,
-              "stiff by diffusion: many stages cost less than factorisations for so few digits"};
+    if (!couplings)
+      if (const auto counted = counted_choice(*whole, method, plan, at, *here, span)) return *counted;
     if (is_stiff(*here, span, size, iterates))
       return {&implicit_family(*whole, method, plan), nullptr,
               "stiff: an eigenvalue of ∂x′/∂x at the start is large beside 1/(to - from)"};
@@ -329,7 +359,7 @@ Choice choose(const ProblemPtr& whole, const Method& method, const Plan& plan, c
           "explicit: not stiff at the start, order for this tolerance"};
 }
 
-bool is_cheaper_explicit(const ProblemPtr& problem, const Point& at, double dt) {
+bool is_cheaper_explicit(const ProblemPtr& problem, const Point& at, double dt, const Rival& rival) {
   constexpr double stability = 3;  // |hλ| of the explicit pairs
   constexpr double implicit_step = 5, iterating = 5, clearly = 2;
   Stats unused;
@@ -339,6 +369,9 @@ bool is_cheaper_explicit(const ProblemPtr& problem, const Point& at, double dt) 
     return false;
   const auto now = rates(derivative, here);
   if (!now) return false;
+  if (rival.family)
+    return now->growing < now->damped &&
+           clearly * now->fastest * dt * rival.explicit_step < stability_limit * rival.implicit_step;
   const double cost =
       implicit_step * implicit_cost(problem->n() + problem->m()) / (derivative.is_linear() ? 1 : iterating);
   return clearly * now->fastest * dt < stability * cost;

@@ -63,11 +63,21 @@ double implicit_cost(int unknowns);
 /// The implicit family that "auto" takes for a stiff model: Radau IIA, or Rosenbrock where that is faster.
 const MethodFamily& implicit_family(const Problem& problem, const Method& method, const Plan& plan);
 
+/// The counted work (step_work.hpp) of a step of an implicit method and of the explicit pair, whose steps stability
+/// limits. Without a family: not counted.
+struct Rival {
+  const MethodFamily* family = nullptr;
+  double implicit_step = 0, explicit_step = 0;
+  double usual_steps = 0;  ///< of the implicit method over an interval
+  double worth_explicit_steps() const { return usual_steps * implicit_step / explicit_step; }
+};
+
 /// The first method of "auto" for a model, its tolerances and a start.
 struct Choice {
   const MethodFamily* family = nullptr;
   TableauPtr tableau;
   std::string why;  ///< in words, for stats()
+  Rival rival{};
 };
 Choice choose(const ProblemPtr& problem, const Method& method, const Plan& plan, const Point& start,
               const std::shared_ptr<const DependencyGraph>& couplings = nullptr);
@@ -76,6 +86,6 @@ Choice choose(const ProblemPtr& problem, const Method& method, const Plan& plan,
 TableauPtr explicit_pair_for(const Method& method, const Plan& plan);
 /// Whether steps of an explicit pair, of the size that stability allows at this point, would clearly cost less than
 /// implicit ones of length dt. cost: that of rates() (step/spectrum.hpp).
-bool is_cheaper_explicit(const ProblemPtr& problem, const Point& at, double dt);
+bool is_cheaper_explicit(const ProblemPtr& problem, const Point& at, double dt, const Rival& rival);
 
 }  // namespace pendula::integrate

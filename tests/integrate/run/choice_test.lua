@@ -60,13 +60,31 @@ end
 test("with many unknowns an implicit step has to save more explicit ones", function()
   local model, start, u = heat(80)                       -- λT = 4·81²·T
   local short, sol = taken(model, { start = start, to = 0.02, rtol = 1e-6 })
-  expect(short.method):equals "verner87"
+  expect(short.method):equals "dop853"                   -- of the pairs it is stable for least work
   expect(sol(u[40], 0.02)):near(sol(u[40], 0)*exp(-4*81^2*math.sin(math.pi/162)^2*0.02), 1e-6)
   -- some 330 steps at the edge of stability: fewer than an implicit method is worth
-  expect(taken(model, { start = start, to = 0.05, rtol = 1e-8 }).method):equals "verner87"
+  expect(taken(model, { start = start, to = 0.05, rtol = 1e-8 }).method):equals "dop853"
   expect(taken(model, { start = start, to = 0.5, rtol = 1e-6 }).method):equals "radau"
   local few, few_start = heat(4)                         -- λT = 90·4
   expect(taken(few, { start = few_start, to = 4, rtol = 1e-6 }).method):equals "radau"
+end)
+
+test("the work of steps is counted on large models: the same equations, other sizes and tolerances", function()
+  --- uᵢ′ = D (uᵢ₋₁ - 2uᵢ + uᵢ₊₁) + c (uᵢ² - uᵢ₊₁²), D = 0.003 (N + 1)²
+  local function burgers(N, to, rtol)
+    local u, equations, start = var("u", N), {}, {}
+    for i = 1, N do
+      local l, r, s = i > 1 and u[i - 1] or 0, i < N and u[i + 1] or 0, i/(N + 1)
+      equations[i] = der(u[i]) ~ -(r^2 - l^2)*(N + 1)/4 + 0.003*(N + 1)^2*(l - 2*u[i] + r)
+      start[i] = 1.5*s*(1 - s)^2
+    end
+    return taken(dae(equations), { start = { [u] = start }, to = to, rtol = rtol })
+  end
+  expect(burgers(200, 2.5, 1e-4).method):equals "rodas4"      -- of 206 explicit steps, each 1/3 of such a one
+  expect(burgers(200, 2.5, 1e-6).method):equals "radau"       -- each 1/10
+  expect(burgers(200, 2.5, 1e-10).method):equals "dop853"     -- where radau makes some 40 steps
+  expect(burgers(100, 2.5, 1e-6).method):equals "dop853"      -- a quarter of the steps
+  expect(burgers(200, 25, 1e-10).method):equals "radau"
 end)
 
 test("stiff models at loose tolerances go to rodas4, at tight ones and where t occurs to radau", function()
