@@ -9,7 +9,7 @@ namespace pendula::integrate {
 
 std::optional<StepWork> StepWork::of(const Problem& problem) {
   constexpr double full = 0.3;     // of the entries: dense elimination
-  constexpr double shorter = 1.8;  // loops over the rows of a grid
+  constexpr double shorter = 2.2;  // loops over the rows of a grid
   const int n = problem.n();
   if (!problem.is_ode() || problem.m() > 0 || n <= small || problem.has_dense_jacobian()) return {};
   std::vector<Position> positions;
@@ -24,7 +24,7 @@ std::optional<StepWork> StepWork::of(const Problem& problem) {
 double StepWork::radau_step(double rtol) const {
   constexpr double few_digits = 1e-4;  // IrkStepper::first_level
   if (rtol >= few_digits) return n_ * (830 + 220 * width_) + 10 * operations_;
-  return n_ * (1900 + 310 * width_) + 20 * operations_;
+  return n_ * (1900 + 250 * width_) + 20 * operations_;
 }
 
 /// The size of steps that the error allows: 3 rtol^(-1/3) steps; stages from the stability of RKC, 0.65 s² (Sommeijer,
@@ -36,7 +36,7 @@ double StepWork::chebyshev_run(const Rates& rates, double span, double rtol) con
 
 double usual_radau_steps(double rtol) {
   const double digits = -std::log10(rtol);
-  return digits <= 4 ? 25 : std::max(14.0, 16 * std::pow(1.28, digits - 6));
+  return digits <= 4 ? 25 : std::max(11.0, 13 * std::pow(1.3, digits - 6));
 }
 
 double usual_rosenbrock_steps(double rtol) { return 30 * std::pow(1e4 * rtol, -0.25); }
