@@ -179,6 +179,17 @@ bool has_else_if(std::string_view source) {
   return false;
 }
 
+/// Whether the token of Lua's "… near 'v'" begins a value: one without a comma or an operator before it.
+bool value_follows(std::string_view error) {
+  const auto at = error.rfind("near '");
+  if (at == std::string_view::npos) return false;
+  const auto near = tokenize(error.substr(at + 6));
+  if (near.empty()) return false;
+  const Token& token = near[0];
+  return token.kind == TokenKind::name || token.kind == TokenKind::number || token.kind == TokenKind::string ||
+         token.text == "{" || token.text == "function" || token.text == "not";
+}
+
 std::string_view by_message(std::string_view source, std::string_view error,
                             const std::vector<Token>& tokens) {
   if (lua::contains(error, "'end' expected") && has_else_if(source))
@@ -196,6 +207,10 @@ std::string_view by_message(std::string_view source, std::string_view error,
     return "an equation is written with ~ (lhs ~ rhs), a comparison with ==";
   if (lua::contains(error, "near '='"))
     return "a key that is not a plain name is written in brackets: { x = 1, [x.dot] = 0 }";
+  if (lua::contains(error, "'}' expected") && value_follows(error))
+    return "the entries of a list are separated by commas, and } closes it: { 1, 2 }";
+  if (lua::contains(error, "')' expected") && value_follows(error))
+    return "arguments are separated by commas, a product is written a*b";
   if (lua::contains(error, "']' expected near ','")) return "an entry of a matrix is A(1, 2), a row A[1]";
   if (lua::contains(error, "'then' expected")) return "a condition is written if … then … end";
   if (lua::contains(error, "'do' expected"))

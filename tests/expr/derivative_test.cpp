@@ -119,6 +119,24 @@ TEST_CASE("the sparse Jacobian is the dense one without its zeros") {
   for (Expr rest : entries(dense)) CHECK(rest.is_zero());
 }
 
+TEST_CASE("roots cancel: a derivative has a value where its base is 0, if the function has one") {
+  const Expr m = max(a, Expr(0)), p = Expr(mpq_class(3, 10)), g = b * m + 2;
+  const std::vector<Expr> functions = {
+      m * sqrt(m),       b * m * sqrt(m) * c,           pow(m, 2) * sqrt(m),         m * pow(m, p),
+      m / (1 + sqrt(m)), pow(pow(m, Expr(0.7)), Expr(2)), m * (sqrt(m) + b),         (m + c * m) * sqrt(m) - m,
+      pow(sqrt(m), Expr(3)) * b,     -m * sqrt(m) / (c + sqrt(m)), m * sqrt(m) + g * g};
+  for (std::size_t k = 0; k < functions.size(); ++k) {
+    CAPTURE(k);
+    const Expr f = functions[k], by_reverse = gradient(f, {&a, 1})[0], by_forward = partial(f, a);
+    const Point inside = {{a, 0.3}, {b, 0.7}, {c, 1.1}}, border = {{a, -0.5}, {b, 0.7}, {c, 1.1}};
+    CHECK(value(by_reverse, inside) == doctest::Approx(difference(f, a, inside)).epsilon(1e-9));
+    CHECK(value(by_forward, inside) == doctest::Approx(difference(f, a, inside)).epsilon(1e-9));
+    CHECK(value(by_reverse, border) == 0);  // f is constant for a < 0
+    CHECK(value(by_forward, border) == 0);
+  }
+  CHECK_FALSE(std::isfinite(value(partial(sqrt(m), a), {{a, 0.0}})));  // vertical there
+}
+
 TEST_CASE("total derivatives follow the chain rule") {
   const Expr x = symbol(Kind::variable, "dx"), m = symbol(Kind::parameter, "dm"), t = time_symbol();
   CHECK(total_derivative(x) == derivative_leaf(x));

@@ -111,6 +111,11 @@ TEST_CASE("compile: the error is about what was meant") {
   CHECK(error("x += 2").find("x = x + …") != std::string::npos);
   CHECK(error("a − b").find("U+2212") != std::string::npos);
   CHECK(error("s = 'x != 2' y").find("not equal") == std::string::npos);
+  CHECK(error("a = { 1, 2 x, y }").find("entries of a list are separated by commas") != std::string::npos);
+  CHECK(error("a = {\n  der(x) ~ v\n  der(v) ~ -x,\n}").find("separated by commas") != std::string::npos);
+  CHECK(error("print(a b)").find("arguments are separated by commas") != std::string::npos);
+  CHECK(error("a = { 1, 2\nlocal b = 3").find("} closes it") != std::string::npos);
+  CHECK(error("do a = { 1, 2\nreturn end").find("commas") == std::string::npos);
 }
 
 TEST_CASE("hints look at the line of the error") {

@@ -7,6 +7,7 @@
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "expr/graph/node_map.hpp"
+#include "expr/graph/power_product.hpp"
 #include "expr/graph/solve.hpp"
 
 namespace pendula {
@@ -14,13 +15,23 @@ namespace {
 
 bool moves_with_time(const Symbol& s) { return s.kind == Kind::variable || s.kind == Kind::input; }
 
+bool has_roots(const std::vector<Expr>& nodes) { return std::any_of(nodes.begin(), nodes.end(), is_root); }
+
+/// Products of the chain rule.
+struct Times {
+  bool roots;  ///< which may cancel
+  Expr operator()(Expr a, Expr b) const { return roots ? cancelled_product(a, b) : a * b; }
+};
+
 /// Forward sweep: d e where `seed` gives the derivative of a leaf.
 template <class Seed>
 Expr tangent(Expr e, const Seed& seed) {
   static NodeMap<Expr> d;
   d.clear();
   std::unordered_map<Expr, VecX> solved;  // of every linear system, by its head
-  for (Expr node : topological({&e, 1})) {
+  const std::vector<Expr> order = topological({&e, 1});
+  const Times times{has_roots(order)};
+  for (Expr node : order) {
     poll_interrupt();
     Expr sum = 0;
     if (node.is_symbol()) {
@@ -36,7 +47,7 @@ Expr tangent(Expr e, const Seed& seed) {
       const auto operands = node.operands();
       for (std::size_t i = 0; i < operands.size(); ++i) {
         const Expr di = d[operands[i]];
-        if (!di.is_zero()) sum += local_derivative(node, static_cast<int>(i)) * di;
+        if (!di.is_zero()) sum += times(local_derivative(node, static_cast<int>(i)), di);
       }
     }
     d[node] = sum;
@@ -46,10 +57,10 @@ Expr tangent(Expr e, const Seed& seed) {
 
 /// weight·factor with the choice of a branch outermost: a branch that is not chosen contributes 0, even where
 /// its derivative is infinite or not a number. `depth`: sums of long chains of choices are left as they are.
-Expr scaled(Expr weight, Expr factor, int depth = 0) {
+Expr scaled(Expr weight, Expr factor, const Times& times, int depth = 0) {
   constexpr int deepest = 20;
-  if (weight.is_symbol() || weight.is_constant() || depth > deepest) return weight * factor;
-  const auto inner = [&](Expr part) { return part.is_zero() ? part : scaled(part, factor, depth + 1); };
+  if (weight.is_symbol() || weight.is_constant() || depth > deepest) return times(weight, factor);
+  const auto inner = [&](Expr part) { return part.is_zero() ? part : scaled(part, factor, times, depth + 1); };
   if (weight.op() == Op::ifelse && (weight.operand(1).is_zero() || weight.operand(2).is_zero()))
     return ifelse(weight.operand(0), inner(weight.operand(1)), inner(weight.operand(2)));
   if (weight.op() == Op::add) {
@@ -64,7 +75,7 @@ Expr scaled(Expr weight, Expr factor, int depth = 0) {
       return sum;
     }
   }
-  return weight * factor;
+  return times(weight, factor);
 }
 
 /// Reverse sweep: calls found(leaf, adjoint) for every leaf among `wanted` that e depends on. Nodes without
@@ -76,6 +87,7 @@ void reverse_sweep(Expr e, const Wanted& wanted, const Found& found) {
   adjoint.clear();
   active.clear();
   const std::vector<Expr> order = topological({&e, 1});
+  const Times times{has_roots(order)};
   for (Expr node : order) {
     const auto operands = node.operands();
     active[node] = node.is_symbol() ? wanted(node)
@@ -111,7 +123,8 @@ void reverse_sweep(Expr e, const Wanted& wanted, const Found& found) {
     }
     const auto operands = node.operands();
     for (std::size_t i = 0; i < operands.size(); ++i)
-      if (active[operands[i]]) add(operands[i], scaled(weight, local_derivative(node, static_cast<int>(i))));
+      if (active[operands[i]])
+        add(operands[i], scaled(weight, local_derivative(node, static_cast<int>(i)), times));
   }
 }
 
