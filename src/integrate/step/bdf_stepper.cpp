@@ -375,10 +375,12 @@ void BdfStepper::step(double end) {
   }
 }
 
-/// To be repeated with a step of this part of its size.
+/// To be repeated with a step of this part of its size. The Jacobian belongs to the end that was predicted, which another
+/// size moves: along z, which may change fast, far enough to be of no use.
 void BdfStepper::reject(double factor) {
   ++stats_.rejected;
   rejected_ = true;
+  jacobian_.fresh = false;
   rescale(factor);
 }
 

@@ -35,7 +35,7 @@ class BdfStepper final : public Stepper {
   struct Jacobian {
     std::vector<double> entries, matrix;  ///< the latter with the factor for x′
     double factorised_for = 0;            ///< c
-    bool fresh = false;                   ///< of this step
+    bool fresh = false;                   ///< of this attempt
   };
   /// ∇⁰y … ∇^(order + 2) y at the last point for steps of the size dt_.
   struct History {
