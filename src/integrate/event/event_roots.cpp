@@ -151,7 +151,9 @@ std::optional<EventFinder::Hit> EventFinder::first_hit(Stepper& stepper, const S
     const bool rising = roots[i] ? roots[i]->rising : a.g[i] < 0;
     const bool same = roots[i] && roots[i]->t - hit.t <= close;
     const bool soon = is_zero(i, probe_) && std::fabs(a.g[i]) > tiny && probe_.slope[i] * a.g[i] < 0;
-    if (same || (soon && wanted(i, rising))) hit.list.push_back({static_cast<int>(i), rising, probe_.g[i]});
+    const double chord = (b.g[i] - a.g[i]) / (b.t - a.t);
+    if (same || (soon && wanted(i, rising)))
+      hit.list.push_back({static_cast<int>(i), rising, probe_.g[i], chord});
   }
   return hit;
 }

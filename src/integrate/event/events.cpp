@@ -239,8 +239,9 @@ void EventFinder::start(const Point& point, const std::vector<Crossing>& crossed
   for (const Crossing& c : crossed) {
     double& g = last_.g[c.which];
     beginnings_[c.which] = {std::fabs(g - c.g) <= 1e-3 * std::fabs(c.g), c.rising ? -1 : 1};
-    // an unknown that is solved for anew, in another branch, is 0 up to the rounding of its equations
-    if (measured_[c.which] && std::fabs(g) <= rounding_of_solved * largest_[c.which]) g = 0;
+    // an unknown that is solved for anew, in another branch, is 0 up to the rounding of its equations and of t
+    const double size = largest_[c.which] + std::fabs(c.slope) * std::max(span_, std::fabs(point.t));
+    if (measured_[c.which] && std::fabs(g) <= rounding_of_solved * size) g = 0;
   }
   blur_.assign(events_->size(), 0.0);
   for (std::size_t i = 0; i < events_->size(); ++i) {

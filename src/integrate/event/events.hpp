@@ -59,7 +59,8 @@ class EventFinder {
   struct Crossing {
     int which;
     bool rising;
-    double g = 0;  ///< what is left of the condition where the root was located
+    double g = 0;      ///< what is left of the condition where the root was located
+    double slope = 0;  ///< of the chord in which it lies
   };
   /// Roots that cannot be told apart in time belong together.
   struct Hit {
