@@ -158,7 +158,8 @@ bool RhsSolver::newton(double* xdot, double* z, bool near) {
     if (fresh && !assemble()) return false;
     const double now = correct(xdot, z);
     if (std::isnan(now)) return ready_ = false;
-    if (now <= rounding || (now <= stagnation && now >= previous / 2)) return true;
+    const bool stagnates = now <= stagnation && now >= previous / 2;
+    if (now <= rounding || (stagnates && fresh)) return true;  // old matrices contract slowly, too
     // With matrices of this point, what does not shrink is rounding, of lengths of kilometres whose difference is an
     // unknown; at a double root it would be halved.
     if (k >= 4 && now <= small && now >= 0.75 * previous) return true;

@@ -92,12 +92,17 @@ void ModeTracker::begin_in_some_mode(Point point, const Crossings& crossed) {
   }
   if (leaves) rebuild(point);
   std::vector<int> changed;
+  bool passed = false;
   for (std::size_t tries = 0; tries < 4 * borders_.size() + 4; ++tries) {
     if (try_modes(point, crossed, changed)) {
       const auto leaving = outside();
       if (leaving.empty()) return;
       for (const auto& [which, side] : leaving) release(which, side, point.t);
       rebuild(point);
+      continue;
+    }
+    if (!passed && pass(crossed, changed)) {
+      passed = true;
       continue;
     }
     Crossings all;
@@ -107,6 +112,19 @@ void ModeTracker::begin_in_some_mode(Point point, const Crossings& crossed) {
   }
   state_.reached = point.t;
   throw chattering(events()[changed.empty() ? crossed.front().which : changed.back()]);
+}
+
+/// A crossing is located to the tolerance of Newton's method: z solved for anew, in either branch, may still be on the side
+/// it comes from. Where the equations are continuous it then goes on in its direction.
+bool ModeTracker::pass(const Crossings& crossed, const std::vector<int>& changed) {
+  bool any = false;
+  for (const auto& crossing : crossed) {
+    const bool undecided = std::find(changed.begin(), changed.end(), crossing.which) != changed.end();
+    if (!undecided || !is_continuous({crossing})) continue;
+    borders_[crossing.which].released = crossing.rising ? 1 : -1;
+    any = true;
+  }
+  return any;
 }
 
 /// False where every choice of modes leads to another one; `changed`: the surfaces that disagree.

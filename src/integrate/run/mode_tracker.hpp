@@ -73,6 +73,7 @@ class ModeTracker {
     return which >= borders_.size() || borders_[which].treatment == Treatment::frozen;
   }
   void begin_in_some_mode(Point point, const Crossings& crossed);
+  bool pass(const Crossings& crossed, const std::vector<int>& changed);
   bool try_modes(const Point& point, const Crossings& crossed, std::vector<int>& changed);
   std::vector<int> set_modes(const Point& point, const Crossings& crossed);
   void use(const std::vector<double>& sides);

@@ -9,7 +9,18 @@
 #include "integrate/step/irk_stepper.hpp"
 
 namespace pendula::integrate {
-bool IrkStepper::evaluate_jacobian() {
+/// The last stage of a step of this size, by its starting values.
+Point IrkStepper::expected_end(double dt) {
+  predict(dt);
+  const double* end = Z_.data() + Z_.size() - static_cast<std::size_t>(N_);
+  Point there = here_;
+  there.t += f().c.back() * dt;
+  there.x += Eigen::Map<const Vec>(end, n());
+  there.z += Eigen::Map<const Vec>(end + n(), m());
+  return there;
+}
+
+bool IrkStepper::evaluate_jacobian(double ahead) {
   jacobian_.entries.swap(jacobian_.before);
   jacobian_.fresh = true;
   int row = -1;  // of an infinite entry
@@ -23,7 +34,7 @@ bool IrkStepper::evaluate_jacobian() {
     row = (rows_.positions.begin() + (infinite - jacobian_.entries.begin()))->row;
     return false;
   };
-  if (take(here_) || take_beside(take)) return true;
+  if (take(ahead > 0 ? expected_end(ahead) : here_) || take_beside(take)) return true;
   trouble_ = text("the Jacobian of ", problem_->equation_name(row), " is not finite");
   jacobian_.entries.swap(jacobian_.before);
   return jacobian_.entries.size() == rows_.positions.size();

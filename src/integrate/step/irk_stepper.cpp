@@ -193,13 +193,14 @@ void IrkStepper::step(double end) {
   if (control_.first) prepare_tolerances();
   if (!jacobian_.keep) jacobian_.fresh = false;
   bool need_jacobian = !jacobian_.keep || jacobian_.entries.empty();
+  bool behind_kink = false;
   for (;;) {
     poll_interrupt();
     const double dt = fitted(dt_, end);
     if ((dt != end - here_.t || control_.repeated) && !is_visible(dt))
       throw vanished(Eigen::Map<const Vec>(error_.data(), trouble_.empty() ? N_ : 0), blame());
     trouble_.clear();
-    if (need_jacobian && !evaluate_jacobian()) throw Failure(trouble_);
+    if (need_jacobian && !evaluate_jacobian(behind_kink ? dt : 0)) throw Failure(trouble_);
     if (need_jacobian || dt != jacobian_.factorised_for) {
       if (!factorise(dt)) {
         reject(dt, Rejection::unsolvable);
@@ -218,8 +219,12 @@ void IrkStepper::step(double end) {
       if (answer == RoundingFloor::Answer::accepted) outcome = Newton::converged;
     }
     if (outcome != Newton::converged) {
-      need_jacobian = !jacobian_.fresh;
+      // Between here and the end a slope of the equations may double: with the slopes here the iteration then goes to and
+      // fro in steps of any size, with those behind the kink it converges.
+      constexpr int shortened = 3;
       ++iteration_.failures;
+      behind_kink = iteration_.failures >= shortened && !behind_kink;
+      need_jacobian = !jacobian_.fresh || iteration_.failures >= shortened;
       reject(dt, outcome == Newton::slow ? Rejection::slow : Rejection::unsolvable);
       continue;
     }

@@ -110,7 +110,9 @@ class IrkStepper final : public Stepper {
   int first_level() const;
   void prepare_tolerances();
   void set_scales(double dt);
-  bool evaluate_jacobian();
+  Point expected_end(double dt);
+  /// At the start of the step; ahead > 0: where one of this size is expected to end.
+  bool evaluate_jacobian(double ahead = 0);
   bool factorise(double dt);
   void shift(double factor);
   void shift(std::complex<double> factor);
