@@ -186,8 +186,9 @@ bool value_follows(std::string_view error) {
   const auto near = tokenize(error.substr(at + 6));
   if (near.empty()) return false;
   const Token& token = near[0];
-  return token.kind == TokenKind::name || token.kind == TokenKind::number || token.kind == TokenKind::string ||
-         token.text == "{" || token.text == "function" || token.text == "not";
+  return token.kind == TokenKind::name || token.kind == TokenKind::number ||
+         token.kind == TokenKind::string || token.text == "{" || token.text == "function" ||
+         token.text == "not";
 }
 
 std::string_view by_message(std::string_view source, std::string_view error,

@@ -121,10 +121,17 @@ TEST_CASE("the sparse Jacobian is the dense one without its zeros") {
 
 TEST_CASE("roots cancel: a derivative has a value where its base is 0, if the function has one") {
   const Expr m = max(a, Expr(0)), p = Expr(mpq_class(3, 10)), g = b * m + 2;
-  const std::vector<Expr> functions = {
-      m * sqrt(m),       b * m * sqrt(m) * c,           pow(m, 2) * sqrt(m),         m * pow(m, p),
-      m / (1 + sqrt(m)), pow(pow(m, Expr(0.7)), Expr(2)), m * (sqrt(m) + b),         (m + c * m) * sqrt(m) - m,
-      pow(sqrt(m), Expr(3)) * b,     -m * sqrt(m) / (c + sqrt(m)), m * sqrt(m) + g * g};
+  const std::vector<Expr> functions = {m * sqrt(m),
+                                       b * m * sqrt(m) * c,
+                                       pow(m, 2) * sqrt(m),
+                                       m * pow(m, p),
+                                       m / (1 + sqrt(m)),
+                                       pow(pow(m, Expr(0.7)), Expr(2)),
+                                       m * (sqrt(m) + b),
+                                       (m + c * m) * sqrt(m) - m,
+                                       pow(sqrt(m), Expr(3)) * b,
+                                       -m * sqrt(m) / (c + sqrt(m)),
+                                       m * sqrt(m) + g * g};
   for (std::size_t k = 0; k < functions.size(); ++k) {
     CAPTURE(k);
     const Expr f = functions[k], by_reverse = gradient(f, {&a, 1})[0], by_forward = partial(f, a);

@@ -5,7 +5,7 @@
 
 #include "base/error.hpp"
 #include "expr/graph/angle.hpp"
-#include "expr/graph/assumption.hpp"
+#include "expr/rewrite/assumption.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/graph/generic.hpp"
 #include "expr/linalg/linalg.hpp"

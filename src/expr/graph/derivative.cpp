@@ -60,7 +60,9 @@ Expr tangent(Expr e, const Seed& seed) {
 Expr scaled(Expr weight, Expr factor, const Times& times, int depth = 0) {
   constexpr int deepest = 20;
   if (weight.is_symbol() || weight.is_constant() || depth > deepest) return times(weight, factor);
-  const auto inner = [&](Expr part) { return part.is_zero() ? part : scaled(part, factor, times, depth + 1); };
+  const auto inner = [&](Expr part) {
+    return part.is_zero() ? part : scaled(part, factor, times, depth + 1);
+  };
   if (weight.op() == Op::ifelse && (weight.operand(1).is_zero() || weight.operand(2).is_zero()))
     return ifelse(weight.operand(0), inner(weight.operand(1)), inner(weight.operand(2)));
   if (weight.op() == Op::add) {

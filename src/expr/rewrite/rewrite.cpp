@@ -5,7 +5,7 @@
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/lru_cache.hpp"
-#include "expr/graph/assumption.hpp"
+#include "expr/rewrite/assumption.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/graph/generic.hpp"

@@ -2,7 +2,7 @@
 #include <cstring>
 
 #include "base/text.hpp"
-#include "expr/graph/assumption.hpp"
+#include "expr/rewrite/assumption.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"

@@ -1,4 +1,4 @@
-#include "expr/graph/assumption.hpp"
+#include "expr/rewrite/assumption.hpp"
 
 #include <unordered_set>
 
