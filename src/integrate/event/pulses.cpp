@@ -10,8 +10,7 @@ namespace pendula::integrate {
 namespace {
 
 constexpr int cells = 2048;
-constexpr double change = 2e-3;    // of the range of values, from a sample to the next: something happens
-constexpr double returned = 0.05;  // of the height of a pulse: it is over
+constexpr double change = 2e-3;  // of the range of values, from a sample to the next: something happens
 constexpr int longest = cells / 30;
 constexpr int stops = 8;                  // in a pulse: every method sees a bell curve in eight pieces
 constexpr std::size_t most_pulses = 200;  // more are an oscillation, which no step passes over
@@ -66,7 +65,9 @@ std::vector<Expr> functions_of_time(std::span<const Expr> equations, const std::
       const bool any = std::any_of(parts.begin(), parts.end(), is_time);
       (any ? timely : constant).insert(node);
     } else {
-      std::copy_if(parts.begin(), parts.end(), std::back_inserter(found), is_time);
+      const bool divides = node.op() == Op::div;  // then the inverse is what may have pulses
+      for (std::size_t i = 0; i < parts.size(); ++i)
+        if (is_time(parts[i])) found.push_back(divides && i == 1 ? Expr(1) / parts[i] : parts[i]);
     }
   }
   for (Expr e : equations)
@@ -77,7 +78,7 @@ std::vector<Expr> functions_of_time(std::span<const Expr> equations, const std::
   return found;
 }
 
-/// Samples first … last of one function, between which it has moved away and come back; it is at rest before
+/// Samples first … last of one function, between which it has moved; it is at rest before
 /// `rest_before` and behind `rest_behind`.
 struct Pulse {
   int first, last;
@@ -104,14 +105,9 @@ std::vector<Pulse> pulses_of(const std::vector<double>& f) {
   for (int k = 1; k < cells; ++k) {
     if (std::fabs(f[k + 1] - f[k]) <= change * range) continue;
     const int first = k;
-    double height = 0;
     int rest = 0;
-    for (; k < cells && rest < 3; ++k) {
-      height = std::max(height, std::fabs(f[k + 1] - f[first]));
-      rest = std::fabs(f[k + 1] - f[k]) <= change * range ? rest + 1 : 0;
-    }
-    const bool short_enough = k - first < longest && rest == 3;
-    if (!short_enough || std::fabs(f[k] - f[first]) > returned * height) continue;
+    for (; k < cells && rest < 3; ++k) rest = std::fabs(f[k + 1] - f[k]) <= change * range ? rest + 1 : 0;
+    if (k - first >= longest || rest < 3) continue;
     found.push_back({first, k});
     add_feet(found.back(), f, range);
   }

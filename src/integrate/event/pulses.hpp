@@ -13,8 +13,8 @@
 namespace pendula::integrate {
 
 /// Times inside [from, to], ascending, at which steps should end so that no pulse is passed over: eleven for each
-/// pulse, that is a change of a maximal subexpression of t alone that comes, goes back, and is shorter than a
-/// thirtieth of the interval, with rest before and behind it. Pulses are seen that are longer than some 1/2000 of
+/// pulse, that is a change of a maximal subexpression of t alone, to and fro or once, that is shorter than a
+/// thirtieth of the interval, with rest before (or the beginning of the run) and behind it. Pulses are seen that are longer than some 1/2000 of
 /// the interval. parameters and their values.
 std::vector<double> pulse_times(std::span<const Expr> equations, const std::vector<Expr>& parameters,
                                 std::span<const double> values, double from, double to);

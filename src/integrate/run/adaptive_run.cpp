@@ -14,6 +14,7 @@
 #include "expr/print/print.hpp"
 #include "integrate/event/jumps.hpp"
 #include "integrate/event/monitor/domain_monitor.hpp"
+#include "integrate/event/monitor/peak_monitor.hpp"
 #include "integrate/plan/run_monitors.hpp"
 #include "integrate/plan/stall_detector.hpp"
 #include "integrate/run/event_handler.hpp"
@@ -40,7 +41,9 @@ class AdaptiveRun {
         modes_(state_, method_),
         monitors_(state_.problem, state_.plan, state_.finder, *state_.history),
         events_(state_, modes_, monitors_),
-        domain_(*state_.problem, state_.plan.guards, state_.plan.check_singularities),
+        domain_(*state_.problem, state_.plan.guards, state_.plan.tolerances.rtol.minCoeff(),
+                state_.plan.check_singularities),
+        peaks_(*state_.problem, state_.plan.tolerances, state_.problem->is_ode()),
         rounding_(*state_.problem, state_.plan.tolerances, state_.plan.variable_index) {}
 
   std::shared_ptr<Solution> solution() { return state_.solution; }
@@ -59,6 +62,7 @@ class AdaptiveRun {
     state_.writer.begin(first_);
     monitors_.start(first_);
     domain_.start(first_);
+    peaks_.restart(first_);
     ended_ = events_.settle();
   }
 
@@ -98,9 +102,13 @@ class AdaptiveRun {
     step();
     if (!plan().monitored_inputs.empty() && repeated_up_to_jump()) return;
     if (has_passed_pole(outcome)) return;
+    if (peaks_.missed(stepper().before(), stepper().here())) {
+      if (events_.repeated_shorter()) return;
+      peaks_.restart(stepper().here());
+    }
     state_.view_step();
     if (modes_.has_missed_excursion() && events_.repeated_shorter()) return;
-    if (events_.after_step(outcome)) return domain_.restart(stepper().here());
+    if (events_.after_step(outcome)) return restart_monitors();
     state_.keep(stepper().here(), false);
     if (!stepper().is_explicit() && rounding_.wants(state_.stats().steps))
       rounding_.after(*state_.problem, stepper().before(), stepper().here(), state_.stats().steps);
@@ -118,6 +126,11 @@ class AdaptiveRun {
       else
         method_.change_if_it_pays();
     }
+  }
+
+  void restart_monitors() {
+    domain_.restart(stepper().here());
+    peaks_.restart(stepper().here());
   }
 
   /// Where a step fails with frozen branches, it may succeed with the branches as they are written: a frozen
@@ -236,6 +249,7 @@ class AdaptiveRun {
   AdaptiveStepMonitors monitors_;
   EventHandler events_;
   DomainMonitor domain_;
+  PeakMonitor peaks_;
   RoundingWatch rounding_;
   StallDetector stall_;
   bool ended_ = false;  ///< by an event at the start

@@ -334,9 +334,11 @@ double IrkStepper::correction_at_end(double dt) {
 /// A method with |R(∞)| = 1, as Gauss's are, keeps the errors of stiff components from step to step, and an estimate
 /// from the stages of one step does not see them. But the equations do: such a component follows from the others, and
 /// the distance of its end from there is (γ/h M + J)⁻¹ F(t₁, y₁, v), v the slope that the collocation polynomial ends
-/// with (work_.velocity). 0 where nothing is stiff.
+/// with (work_.velocity). Where nothing is stiff, a distance of many tolerances is left by a pulse at the end, where
+/// such a method has no stage.
 double IrkStepper::stiff_error_at_end(double dt) {
-  constexpr double stiff = 0.3;  // of the distance without the matrix
+  constexpr double stiff = 0.3;   // of the distance without the matrix
+  constexpr double pulse = 0.02;  // 50 tolerances; the estimate and this distance are both of order s + 1
   if (f().stiffly_accurate || !determined_ || rounding_.has_multipliers()) return 0;
   ErrorSum without;
   for (int k = 0; k < n(); ++k)
@@ -354,7 +356,7 @@ double IrkStepper::stiff_error_at_end(double dt) {
   ErrorSum sum;
   for (int k = 0; k < N_; ++k) sum.add(error_[k] / scales_.scale[k]);
   const double norm = sum.norm(N_);
-  return norm < stiff * undamped ? norm : 0;
+  return norm < stiff * undamped ? norm : pulse * norm;
 }
 
 double IrkStepper::damped_error_norm(double dt, bool again) {

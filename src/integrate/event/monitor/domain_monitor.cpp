@@ -15,8 +15,9 @@ namespace {
 /// zero lies between them, or that the factor is 0 at the second.
 class PoleTest {
  public:
-  PoleTest(Problem& equations, Expr factor, const Point& from, const Point& to)
+  PoleTest(Problem& equations, Expr factor, double matters, const Point& from, const Point& to)
       : equations_(equations),
+        matters_(matters),
         factor_(std::vector{factor}, equations.arguments()),
         from_(from),
         to_(to),
@@ -65,7 +66,7 @@ class PoleTest {
   /// smaller, or keep their sign. Those of cos(1/x) do neither. Of ODEs only: residuals of a solution are rounding.
   bool swings(double zero, double noise) {
     constexpr int half = 6;
-    constexpr double visible = 1e-2, matters = 1e-6;  // of x′; of x, over the step
+    constexpr double visible = 1e-2;  // of x′
     if (!equations_.is_ode()) return false;
     const double dt = std::fabs(to_.t - from_.t);
     const std::vector<std::vector<double>> F =
@@ -80,7 +81,7 @@ class PoleTest {
         turns += k >= half && change * last < 0 ? 1 : 0;
         last = change;
       }
-      const double least = matters * (std::fabs(from_.x[i]) + std::fabs(to_.x[i]));
+      const double least = matters_ * (std::fabs(from_.x[i]) + std::fabs(to_.x[i]));
       if (turns >= 2 && late > 0.3 * early && late > visible * size && late * dt > least) return true;
     }
     return false;
@@ -113,6 +114,7 @@ class PoleTest {
     return g;
   }
   Problem& equations_;
+  double matters_;  ///< what swings move in the step, as a share of x
   codegen::Kernel factor_;
   const Point &from_, &to_;
   Vec beside_;
@@ -131,7 +133,9 @@ static std::vector<dae::DomainCondition> conditions_of(const Problem& problem) {
   return known.insert(equations, dae::domain_conditions(equations->F), 1000 + equations->F.size());
 }
 
-DomainMonitor::DomainMonitor(const Problem& problem, const std::vector<Guard>& guards, bool wanted) {
+DomainMonitor::DomainMonitor(const Problem& problem, const std::vector<Guard>& guards, double rtol,
+                             bool wanted)
+    : matters_(std::min(1e-6, 10 * rtol)) {
   if (!wanted) return;
   conditions_ = conditions_of(problem);
   std::erase_if(conditions_, [&](const dae::DomainCondition& c) {
@@ -214,7 +218,8 @@ std::optional<std::string> DomainMonitor::passed_part(Problem& equations, const 
       ahead.t = from.t + share;
       ahead.x = from.x + share * from.xdot;
     }
-    if (PoleTest(equations, pole.factor, from, ahead)()) return conditions_[pole.condition].reason();
+    if (PoleTest(equations, pole.factor, matters_, from, ahead)())
+      return conditions_[pole.condition].reason();
   }
   for (std::size_t i = 0; i < n; ++i) {
     poles_[i].slope = out_[n + i];

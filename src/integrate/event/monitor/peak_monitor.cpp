@@ -1,0 +1,189 @@
+#include "integrate/event/monitor/peak_monitor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_set>
+
+#include "base/lru_cache.hpp"
+#include "dae/singular/domain_conditions.hpp"
+#include "expr/graph/derivative.hpp"
+#include "integrate/event/monitor/guards.hpp"
+#include "integrate/event/monitor/monitor.hpp"
+
+namespace pendula::integrate {
+
+namespace {
+
+constexpr double high = 2;  // of an exponent above its values at the ends: e² = 7.4
+
+Vec slope_of_cubic(const Point& from, const Point& to, double share) {
+  const double s = share, dt = to.t - from.t;
+  return 6 * s * (1 - s) / dt * (to.x - from.x) + (1 - s) * (1 - 3 * s) * from.xdot +
+         s * (3 * s - 2) * to.xdot;
+}
+
+struct Candidate {
+  Expr u, slope;
+  bool divisor;
+};
+
+/// Remembered for the runs of one model, as its domain conditions are.
+const std::vector<Candidate>& candidates(const Problem& problem) {
+  constexpr std::size_t size = 200'000;  // in equations; an entry counts as 1000 more
+  static LruCache<std::shared_ptr<const dae::FirstOrder>, std::vector<Candidate>> known(size);
+  const auto equations = problem.shared_model();
+  if (const auto* found = known.find(equations)) return *found;
+  std::vector<Candidate> list;
+  std::unordered_set<Expr> seen;
+  const auto add = [&](Expr u, bool divisor) {
+    if (!u.is_constant() && seen.insert(u).second) list.push_back({u, total_derivative(u), divisor});
+  };
+  for (Expr node : topological(equations->F))
+    if (!node.is_constant() && !node.is_symbol() && node.op() == Op::exp) add(node.operand(0), false);
+  for (const dae::DomainCondition& c : dae::domain_conditions(equations->F))
+    if (c.pole) add(c.factor, true);
+  return known.insert(equations, std::move(list), 1000 + equations->F.size());
+}
+
+}  // namespace
+
+PeakMonitor::PeakMonitor(const Problem& problem, const Tolerances& tolerances, bool wanted)
+    : tolerances_(tolerances) {
+  if (!wanted) return;
+  std::vector<Expr> values, slopes;
+  for (const Candidate& c : candidates(problem)) {
+    if (c.slope.is_constant() || !all_known(c.slope, problem)) continue;
+    values.push_back(c.u);
+    slopes.push_back(c.slope);
+    is_divisor_.push_back(c.divisor);
+  }
+  if (values.empty()) return;
+  values.insert(values.end(), slopes.begin(), slopes.end());
+  kernel_ = codegen::Kernel(values, problem.arguments());
+  problem_ = std::make_shared<Problem>(problem);
+}
+
+void PeakMonitor::evaluate(const Point& point, Values& out) {
+  problem_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  out.resize(kernel_.outputs());
+  kernel_(problem_->values().data(), out.data());
+}
+
+/// On the cubic through the ends of a step; slopes by shares of it.
+void PeakMonitor::look(const Point& from, const Point& to, double share, Values& out) {
+  hermite(from, to, share, inside_);
+  inside_.xdot = slope_of_cubic(from, to, share);
+  evaluate(inside_, out);
+  for (std::size_t i = nodes(); i < out.size(); ++i) out[i] *= to.t - from.t;
+}
+
+void PeakMonitor::restart(const Point& point) {
+  if (nodes() > 0) evaluate(point, last_);
+}
+
+bool PeakMonitor::missed(const Point& from, const Point& to) {
+  if (nodes() == 0) return false;
+  constexpr long few = 20;
+  evaluate(to, next_);
+  ++steps_;
+  const bool tired = repeated_ > few && repeated_ > steps_ / 4;
+  if (!tired && varies_fast(to.t - from.t) && passes_peak(from, to)) {
+    ++repeated_;
+    return true;
+  }
+  last_.swap(next_);
+  return false;
+}
+
+/// A tangent at one of the ends leads far enough for a peak.
+bool PeakMonitor::varies_fast(double dt) const {
+  for (std::size_t i = 0; i < nodes(); ++i) {
+    const double reach = std::max(std::fabs(last_[nodes() + i]), std::fabs(next_[nodes() + i])) * dt;
+    const double size = is_divisor_[i] ? 0.5 * std::min(std::fabs(last_[i]), std::fabs(next_[i])) : high;
+    if (reach > size) return true;
+  }
+  return false;
+}
+
+/// The pieces of a step one after the other: several peaks may lie in it.
+bool PeakMonitor::passes_peak(const Point& from, const Point& to) {
+  constexpr int pieces = 8;
+  int searched = 0;
+  Sample low, behind;
+  look(from, to, 0, low.values);
+  for (int k = 1; k <= pieces; ++k) {
+    behind.share = static_cast<double>(k) / pieces;
+    look(from, to, behind.share, behind.values);
+    for (std::size_t i = 0; i < nodes(); ++i) {
+      if (!turns(i, low, behind) || ++searched > most_searched) continue;
+      const auto peak = peak_between(i, low, behind, from, to);
+      if (peak && matters(*peak, from, to)) return true;
+    }
+    std::swap(low, behind);
+  }
+  return false;
+}
+
+/// An exponent rises at the first and falls at the second; the size of a divisor the other way round.
+bool PeakMonitor::turns(std::size_t i, const Sample& low, const Sample& behind) const {
+  const double side = !is_divisor_[i] ? 1 : low.values[i] > 0 ? -1 : 1;
+  const bool same_sign = !is_divisor_[i] || low.values[i] * behind.values[i] > 0;
+  return same_sign && side * low.values[nodes() + i] > 0 && side * behind.values[nodes() + i] < 0;
+}
+
+/// Bisection for the top, where it is more than e² times as high as the ends of the step: the stages see others.
+std::optional<PeakMonitor::Peak> PeakMonitor::peak_between(std::size_t i, Sample low, Sample behind,
+                                                           const Point& from, const Point& to) {
+  constexpr double least_exponent = -60, narrowest = 1e-6, least_width = 1e-4;
+  const bool divisor = is_divisor_[i];
+  const double side = !divisor ? 1 : low.values[i] > 0 ? -1 : 1;
+  Sample middle;
+  while (behind.share - low.share > narrowest) {
+    middle.share = (low.share + behind.share) / 2;
+    look(from, to, middle.share, middle.values);
+    if (divisor && !(middle.values[i] * side < 0)) return {};  // a zero: a pole, or beside one
+    std::swap(side * middle.values[nodes() + i] > 0 ? low : behind, middle);
+  }
+  const double top = side * low.values[i], end = std::max(side * last_[i], side * next_[i]);
+  const double curvature =
+      side * (low.values[nodes() + i] - behind.values[nodes() + i]) / (behind.share - low.share);
+  if (!(curvature > 0)) return {};
+  if (divisor) {  // 1/(d + κ θ²/2): half of it at θ² = 2 d/κ
+    if (!(-top * std::exp(high) < -end)) return {};
+    return Peak{low.share, std::max(std::sqrt(-2 * top / curvature), least_width)};
+  }
+  if (!(top - end > high) || top < least_exponent) return {};
+  return Peak{low.share, 1 / std::sqrt(curvature)};
+}
+
+/// x′ of the equations less that of the cubic through the ends, at a share of the step.
+bool PeakMonitor::defect(const Point& from, const Point& to, double share, Vec& out) {
+  hermite(from, to, share, inside_);
+  if (!rhs_) rhs_ = std::make_unique<RhsSolver>(problem_, ignored_);
+  if (!(*rhs_)(inside_.t, inside_.x.data(), inside_.xdot.data(), inside_.z.data())) return false;
+  out = inside_.xdot - slope_of_cubic(from, to, share);
+  return out.allFinite();
+}
+
+/// The area under what is there and not beside it, against the tolerances.
+bool PeakMonitor::matters(const Peak& peak, const Point& from, const Point& to) {
+  constexpr double feet = 4;      // widths: e^{-8} is left of e^{-θ²/2}
+  constexpr double several = 3;   // tolerances: that many a step may be off by
+  constexpr double area = 2.507;  // √(2π), of a height and a width of 1
+  if (!defect(from, to, peak.at, there_)) return true;
+  const double low = peak.at - feet * peak.width, above = peak.at + feet * peak.width;
+  const bool right = above < 1 && (low <= 0 || 1 - peak.at > peak.at);
+  if (!right && low <= 0)
+    beside_.setZero(there_.size());
+  else if (!defect(from, to, right ? above : low, beside_))
+    return true;
+  const double factor = area * peak.width * (to.t - from.t);
+  for (Eigen::Index i = 0; i < there_.size(); ++i) {
+    const double weight =
+        tolerances_.atol[i] + tolerances_.rtol[i] * std::max(std::fabs(from.x[i]), std::fabs(to.x[i]));
+    if (std::fabs(there_[i] - beside_[i]) * factor > several * weight) return true;
+  }
+  return false;
+}
+
+}  // namespace pendula::integrate

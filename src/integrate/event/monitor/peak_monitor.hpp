@@ -1,0 +1,66 @@
+// Peaks that a step has jumped over: e^{-u²} and 1/(w² + u²) where u passes 0 between two stages.
+//
+// An error estimate knows the equations at the stages. Where an exponent has a maximum inside a step, or a divisor a
+// least value, far from its values at both ends, the equations may hold a pulse that no stage has seen, and the run
+// would finish without it. Functions of t alone are looked at before a run (event/pulses.hpp); here are those of the
+// solution.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "codegen/kernel/kernel.hpp"
+#include "integrate/problem/rhs_solver.hpp"
+#include "integrate/solve/tolerances.hpp"
+
+namespace pendula::integrate {
+
+class PeakMonitor {
+ public:
+  /// Exponents and divisors of a problem of index 0 or 1, in t and x. wanted = false: none. Cost after every step: one
+  /// evaluation of them and their derivatives; nine where they vary fast; nothing where there are none.
+  PeakMonitor(const Problem& problem, const Tolerances& tolerances, bool wanted);
+
+  /// The run begins at a point, or has jumped to it.
+  void restart(const Point& point);
+  /// After every accepted step: has it jumped over a peak that would move the solution by more than its tolerance?
+  /// Then it has to be made again in shorter ones. Cost: where there is one, some 30 evaluations of exponents and two of x′.
+  bool missed(const Point& from, const Point& to);
+
+ private:
+  using Values = std::vector<double>;  ///< u of all nodes, then their slopes
+  struct Sample {
+    double share = 0;
+    Values values;
+  };
+  /// Where in the step, and half its width, as shares of the step.
+  struct Peak {
+    double at, width;
+  };
+  static constexpr int most_searched = 16;  ///< peaks in a step
+
+  std::size_t nodes() const { return is_divisor_.size(); }
+  void evaluate(const Point& point, Values& out);
+  void look(const Point& from, const Point& to, double share, Values& out);
+  bool varies_fast(double dt) const;
+  bool passes_peak(const Point& from, const Point& to);
+  bool turns(std::size_t i, const Sample& low, const Sample& behind) const;
+  std::optional<Peak> peak_between(std::size_t i, Sample low, Sample behind, const Point& from,
+                                   const Point& to);
+  bool matters(const Peak& peak, const Point& from, const Point& to);
+  bool defect(const Point& from, const Point& to, double share, Vec& out);
+
+  ProblemPtr problem_;  ///< a copy: run and monitor place different points
+  Tolerances tolerances_;
+  std::vector<char> is_divisor_;  ///< of every node
+  codegen::Kernel kernel_;
+  Values last_, next_;  ///< at the ends of the last step
+  Stats ignored_;
+  std::unique_ptr<RhsSolver> rhs_;
+  Point inside_;
+  Vec there_, beside_;
+  long steps_ = 0, repeated_ = 0;
+};
+
+}  // namespace pendula::integrate
