@@ -37,10 +37,11 @@ class Approach {
   Approach(const dae::Model& model, const Problem& problem, const Simulation& simulation)
       : model_(model), problem_(problem), simulation_(simulation) {}
 
-  /// stop: where the run says that it has stopped. Returns why the point was not found, or "".
-  std::string follow(const Solution& piece, double stop, int most_steps) {
-    constexpr double back = 0.02,
-                     beyond = 0.05;  // of the time since the start of the piece; beyond: also of the run
+  /// stop: where the run says that it has stopped. back: how far before it the regular point lies, as part of the time since
+  /// the start of the piece. Returns why the point was not found, or "".
+  std::string follow(const Solution& piece, double stop, int most_steps, double back = 0.02) {
+    constexpr double beyond = 0.05;  // of the time since the start of the piece, and of the run
+    constexpr double failed = 2;     // steps such as the last: one of them may have failed at the point
     constexpr std::size_t affordable = 12;  // unknowns: derivatives of high order are written out
     if (model_.variables.size() > affordable || !model_.inputs.empty())
       return "the model is too large for that";
@@ -49,7 +50,10 @@ class Approach {
     const double begin = piece.t().front(), last = piece.t().back(), since = std::max(stop, last) - begin;
     dae::PointValues here =
         values_at(problem_, *simulation_.start, piece.at(std::min(last, begin + (1 - back) * since)));
-    const double ahead = beyond * std::max(since, simulation_.plan.to - simulation_.plan.from);
+    const auto& t = piece.t();
+    const double step = t.size() > 1 ? t.back() - t[t.size() - 2] : 0;
+    const double ahead =
+        std::max(beyond * std::max(since, simulation_.plan.to - simulation_.plan.from), failed * step);
     const double end = std::min(begin + since + ahead, simulation_.plan.to);
     for (int k = 0; k < most_steps; ++k) {
       const auto way = dae::expansion(model_, {"", here, {}, ""}, false);
@@ -360,12 +364,14 @@ std::string ways_on_text(const dae::ModelPtr& model, const Simulation& simulatio
   Approach approach(*model, solution.problem(), simulation);
   std::vector<dae::WayOn> ways;
   std::string where = "there";
-  try {
-    if (approach.follow(solution, point.t, 40).empty()) {
+  for (const double back : {0.02, 0.2, 0.5}) {  // the last steps may be on no branch
+    try {
+      if (!approach.follow(solution, point.t, 40, back).empty()) continue;
       ways = approach.ways();
       if (!here) where = "where they meet, at t = " + rounded(approach.meeting(), 6) + ",";
+      break;
+    } catch (const UserFacing&) {  // nothing is known about a point beside it
     }
-  } catch (const UserFacing&) {  // nothing is known about a point beside it
   }
   if (here && ways.size() < 2)
     ways = dae::ways_on(*model, values_at(solution.problem(), *simulation.start, point));

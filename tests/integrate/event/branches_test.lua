@@ -91,3 +91,27 @@ test("starts beside a crossing stop there, as close as they may be", function()
     end
   end
 end)
+
+-- Runs that stop before the point, by steps that fail, name the ways on from there as those that reach it do.
+test("every run beside a crossing names both ways on", function()
+  local function root(factor) return function(at) return at*math.sqrt(factor(at)) end end
+  local crossing = {
+    { dae { der(x) ~ 1, 0 ~ z^2 - x^2 }, function(at) return at end },
+    { dae { der(x) ~ 1, 0 ~ z^2 - sin(x)^2 }, math.sin },
+    { dae { der(x) ~ 1, 0 ~ z^3 - x^2*z }, function(at) return at end },
+    { dae { der(x) ~ 1, 0 ~ z^2 - x^2*(2 + x) }, root(function(at) return 2 + at end) },
+    { dae { der(x) ~ 1, 0 ~ z^2 - x^4 - x^2 }, root(function(at) return 1 + at^2 end) },
+  }
+  for k, case in ipairs(crossing) do
+    for _, method in ipairs { "auto", "radau", "bdf", "rodas", "dopri5", "tsit5", "verner76" } do
+      for _, at in ipairs { -1, -0.77, -0.1, -1e-3 } do
+        for _, rtol in ipairs { 1e-3, 1e-4, 1e-6, 1e-9 } do
+          local sol = case[1]:integrate { start = { x = at, z = case[2](at) }, to = 2, rtol = rtol,
+            method = method }
+          local who = ("%d, %s, %g, %g: "):format(k, method, at, rtol)
+          expect(who .. sol.status):matches "stopped at t = .*solutions go on .* with z′ = .* or z′ = .*branch = "
+        end
+      end
+    end
+  end
+end)
