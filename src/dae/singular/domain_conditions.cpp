@@ -73,9 +73,13 @@ std::string DomainCondition::reason() const {
   const bool has_value = term.op() == Op::sqrt || term.op() == Op::asin || term.op() == Op::acos ||
                          (term.op() == Op::pow && sign_of(term.operand(1)) > 0);
   const bool is_root = has_value && term.op() != Op::asin && term.op() != Op::acos;
+  const bool of_amount = factor.op() == Op::abs;
   return text(truncated_text(factor), " = 0 there, and ", truncated_text(term, 60),
               has_value ? " has no derivative" : " is not defined",
-              is_root ? " (where the solution stays at 0, write max(…, 0) under the root)" : "");
+              is_root && of_amount
+                  ? " (for sign(u)*sqrt(abs(u)) write u/(u^2 + s^2)^(1/4), s small: it has one)"
+              : is_root ? " (where the solution stays at 0, write max(…, 0) under the root)"
+                        : "");
 }
 
 std::vector<DomainCondition> domain_conditions(const std::vector<Expr>& equations) {
