@@ -123,7 +123,9 @@ class NewtonCode::Programs {
 };
 
 std::shared_ptr<NewtonCode> NewtonCode::make(const Request& q, long iterations, bool now) {
-  constexpr long enough = 100;
+  // An iteration saves some 0.07 µs an unknown; compiling takes 5 ms for 80 of them.
+  constexpr int small = 60;
+  const long enough = q.problem.n() + q.problem.m() <= small ? 100 : 700;
   const std::size_t pairs = q.formula.pairs.size();
   if (!Machine::available(lanes) || pairs >= lanes || q.formula.c.size() > most_stages) return nullptr;
   Key key{1, static_cast<std::uint32_t>(q.formula.s)};

@@ -83,9 +83,10 @@ double MethodSelector::work() {
 }
 
 void MethodSelector::leave_explicit() {
-  constexpr double clearly = 1.5;
+  constexpr double clearly = 2;
   const Problem& problem = *state_.problem;
-  const double next = state_.stepper().next_dt();
+  double next = state_.stepper().next_dt();
+  if (rival_.family) next = std::max(next, state_.stepper().here().t - state_.stepper().before().t);
   const double worth = rival_.family ? clearly * rival_.worth_explicit_steps()
                                      : 100 * implicit_cost(problem.n() + problem.m());  // steps
   if (state_.plan.to - state_.stepper().here().t < worth * next) return;

@@ -237,6 +237,14 @@ bool is_stiff(const Rates& rates, double span, int unknowns, bool iterates) {
   return rates.damped * span > steps * implicit_cost(unknowns) && rates.damped > dominant * rates.growing;
 }
 
+/// Whether a large model has modes so fast that following them would take very many steps. If they move, the implicit
+/// method shows it by short steps, and is left.
+bool swings_fast(const Rates& rates, double span, int unknowns) {
+  constexpr double many = 2400, dominant = 1.5;
+  return unknowns > StepWork::small && rates.fastest * span > many * implicit_cost(unknowns) &&
+         rates.fastest > dominant * rates.growing;
+}
+
 /// Are the eigenvalues those of diffusion, for which Chebyshev methods are stable, and is the Jacobian so nearly
 /// symmetric that they say what becomes of errors?
 bool is_diffusion(Problem& problem, const Rates& rates, const Point& at) {
@@ -349,6 +357,9 @@ Choice choose(const ProblemPtr& whole, const Method& method, const Plan& plan, c
     if (const auto later = rates_ahead(derivative, at, span); later && is_stiff(*later, span, size, iterates))
       return {&implicit_family(*whole, method, plan), nullptr,
               "stiff: an eigenvalue of ∂x′/∂x soon becomes large beside 1/(to - from)"};
+    if (swings_fast(*here, span, size))
+      return {&implicit_family(*whole, method, plan), nullptr,
+              "oscillations far faster than the interval is long, which may be at rest"};
   }
   constexpr double oscillations = 300;
   if (problem->has_dense_jacobian() && method.explicit_choice.back() && here->fastest * span > oscillations &&

@@ -15,11 +15,12 @@
 namespace pendula::integrate {
 namespace {
 
-// bench/linear.cpp. Code is made when the factorisations so far have taken about as long as making it will:
-// some 200 of them. Up to 60 unknowns that is a millisecond or less, and the code is remembered: made at
-// once.
+// bench/linear.cpp. Code is made when it would have saved, so far, about what making it costs: it is never the dearer
+// choice by more than that. Up to 60 unknowns that is a millisecond or less, and the code is remembered: made at once.
+// Beyond, pivots and the code of Newton's iterations, real and complex, take 9 ms (80 unknowns, three diagonals) …
+// 60 ms (400 unknowns, or grids), and save 5 … 20 µs a factorisation with its solutions.
 constexpr int dense_always = 60;
-long often(int n) { return n <= dense_always ? 12 : std::min(static_cast<long>(n) * n / 25, 200L); }
+long often(int n) { return n <= dense_always ? 12 : std::min(static_cast<long>(n) * n / 4, 1500L); }
 
 /// The most operations with which code still beats dense elimination, α n³ + β n² (in units of 0.25 ns, what
 /// one operation of code takes): loops run vectorised there.

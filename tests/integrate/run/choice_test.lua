@@ -87,6 +87,27 @@ test("the work of steps is counted on large models: the same equations, other si
   expect(burgers(200, 25, 1e-10).method):equals "radau"
 end)
 
+test("modes of a large model that are fast and at rest are not followed; those that move are", function()
+  -- masses in a row, springs of stiffness 10⁶; moved as a whole, or each on its own
+  local N = 40
+  local q, v, equations = var("q", N), var("v", N), {}
+  for i = 1, N do
+    local l, r = q[i > 1 and i - 1 or i], q[i < N and i + 1 or i]
+    equations[#equations + 1] = der(q[i]) ~ v[i]
+    equations[#equations + 1] = der(v[i]) ~ 1e6*(l - 2*q[i] + r) - q[i]
+  end
+  local model, still, struck = dae(equations), {}, {}
+  for i = 1, N do still[i], struck[i] = 1, i % 2 end
+  local zero = {}
+  for i = 1, N do zero[i] = 0 end
+  local calm, sol = taken(model, { start = { [q] = still, [v] = zero }, to = 10, rtol = 1e-6 })
+  expect(calm.method):equals "radau"
+  expect(calm.steps < 100):is_true()                     -- an explicit pair: 10·2000/6
+  expect(sol(q[7], 10)):near(math.cos(10), 1e-4)
+  local wild = taken(model, { start = { [q] = struck, [v] = zero }, to = 10, rtol = 1e-6 })
+  expect(wild.method):matches "^radau, then verner87"
+end)
+
 test("stiff models at loose tolerances go to rodas4, at tight ones and where t occurs to radau", function()
   local model = dae { der(x) ~ y, der(y) ~ 1e3*(1 - x^2)*y - x }
   local driven = dae { der(x) ~ y, der(y) ~ 1e3*(1 - x^2)*y - x + sin(t) }
