@@ -2,10 +2,10 @@
 #include <cstring>
 
 #include "base/text.hpp"
-#include "expr/rewrite/assumption.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
+#include "expr/rewrite/assumption.hpp"
 #include "lua/bind/expr/expr.hpp"
 #include "lua/bind/expr/expr_subs.hpp"
 #include "lua/core/objects.hpp"
