@@ -16,6 +16,7 @@
 #include "dae/rank/rank_with_gap.hpp"
 #include "dae/reduce/reduce.hpp"
 #include "dae/start/start_system.hpp"
+#include "dae/start/way_check.hpp"
 #include "expr/print/print.hpp"
 
 namespace pendula::dae {
@@ -26,7 +27,6 @@ using Index = Eigen::Index;
 constexpr double vanishing =
     1e-5;                        // coefficients where branches meet: the time of that is known to some digits
 constexpr double nearby = 2e-3;  // in units: how far the states of a point found may be from the given one
-constexpr double same = 1e-2;    // in units: multiple roots are found to some digits only
 
 /// Points of F_k = 0 near the given one. exact: it is the singular point to rounding; else the states are moved, since
 /// beside it every branch is regular and attracts what is near.
@@ -72,7 +72,8 @@ std::vector<Cluster> clusters(const std::vector<Vec>& points, const std::vector<
   for (const Vec& w : points) {
     const Vec values = w(columns), size = unit(columns);
     const auto near = std::find_if(list.begin(), list.end(), [&](const Cluster& c) {
-      return ((values - c.values).array().abs() <= same * (size + values.cwiseAbs()).array()).all();
+      return ((values - c.values).array().abs() <= same_derivative * (size + values.cwiseAbs()).array())
+          .all();
     });
     if (near == list.end())
       list.push_back({values, w});
@@ -89,9 +90,9 @@ WayOn way_of(const Cluster& c, const std::vector<Cluster>& all, const std::vecto
   WayOn way{"", point, {}, ""};
   for (Index j = 0; j < c.values.size(); ++j) {
     const bool differs = std::any_of(all.begin(), all.end(), [&](const Cluster& other) {
-      return std::fabs(other.values[j] - c.values[j]) > same * (size[j] + std::fabs(c.values[j]));
+      return std::fabs(other.values[j] - c.values[j]) > same_derivative * (size[j] + std::fabs(c.values[j]));
     });
-    const bool zero = std::fabs(c.values[j]) <= same * size[j];
+    const bool zero = std::fabs(c.values[j]) <= same_derivative * size[j];
     if (!differs) continue;
     const std::string value = rounded(zero ? 0 : c.values[j], 3);
     words.push_back(text(to_text(leaves[j]), " = ", value));
@@ -204,7 +205,11 @@ std::vector<WayOn> ways_on(const Model& m, const PointValues& point) {
         only.clear();
         const auto alone = std::erase_if(found, [](const Cluster& c) { return c.count == 1; });
         const bool clear = found.size() >= 2 && found.size() <= most && 3 * alone <= points.size();
-        if (clear) return ways_of(found, derivatives, numeric, point, array.states().size());
+        if (!clear) break;
+        auto ways = ways_of(found, derivatives, numeric, point, array.states().size());
+        const WayCheck check(m, numeric);
+        std::erase_if(ways, [&](const WayOn& way) { return order == 1 && !check.holds(way); });
+        if (!ways.empty()) return ways;
         break;
       }
     }

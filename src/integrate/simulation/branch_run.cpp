@@ -223,6 +223,11 @@ class BranchRun {
         worst = std::max(worst, std::fabs(values.at(leaf) - expected.at(leaf)) / approach_.size_of(leaf));
       miss.push_back(worst);
     }
+    constexpr double visible = 1e-2;
+    if (miss.size() == 1 && miss[0] > visible) {
+      why = "the way on that was found, with " + approach_.ways()[0].text + ", is not smooth";
+      return {};
+    }
     return clear_least(miss, clearly, "which of them goes on smoothly is not clear", why);
   }
 
@@ -373,8 +378,11 @@ std::string ways_on_text(const dae::ModelPtr& model, const Simulation& simulatio
     } catch (const UserFacing&) {  // nothing is known about a point beside it
     }
   }
+  const bool arrived = !ways.empty();
   if (here && ways.size() < 2)
     ways = dae::ways_on(*model, values_at(solution.problem(), *simulation.start, point));
+  if (arrived && ways.size() == 1 && !ways[0].text.empty())
+    return text("; a solution goes on ", where, " with ", ways[0].text, " (branch = \"smooth\" follows it)");
   if (ways.size() < 2) return "";
   return text("; solutions go on ", where, " with ", dae::ways_text(ways), " (branch = … follows one)");
 }

@@ -38,6 +38,21 @@ test("branches that cross again and again; times that are asked for lie on them,
   end
 end)
 
+test("only solutions are named as ways on, multiple roots or not", function()
+  local cube = dae { der(x) ~ 1, 0 ~ z^3 - x^3 }                  -- one real branch: z = x
+  local run = { start = { x = -1, z = -1 }, to = 2 }
+  expect(cube:integrate(run).status):matches "a solution goes on there with z′ = 1 %(branch = \"smooth\""
+  run.branch = "smooth"
+  expect(cube:integrate(run)(z, 2)):near(1, 1e-6)
+  local sheets = dae { der(x) ~ -z, 0 ~ (z - 1)*(z + x) }         -- from z = 1 into z = -x, of slope z = 1
+  local at = sheets:init { fix = { x = 2 }, guess = { z = 0.9 } }
+  expect(sheets:integrate{ start = at, to = 5 }.status):matches "with z′ = 0 or z′ = 1 "
+  local cusp = dae { der(x) ~ 1, 0 ~ z^2 - x^3 }                  -- z = ± x^(3/2): both with z′ = 0
+  local status = cusp:integrate{ start = { x = 0, z = 0 }, to = 2 }.status
+  expect(status):matches "z = 0 there, and %(2%) no longer determines z"
+  expect(status:find "z′ = 0%.0"):is_nil()
+end)
+
 test("branches that touch differ in the second derivative", function()
   local sys = dae { der(x) ~ 1, 0 ~ z*(z - x^2) }
   local start = { x = -1, z = 1 }

@@ -1,0 +1,33 @@
+// Do the equations hold along a way on from a singular point? Near a multiple root, points of the derivative array need
+// not be solutions: z³ = x³ and its first derivatives leave z′ nearly free at 0.
+#pragma once
+
+#include "dae/points/array_points.hpp"
+#include "dae/start/continuations.hpp"
+
+namespace pendula::dae {
+
+/// Up to this part of its unit, two values of a derivative are one: multiple roots are found to some digits only.
+constexpr double same_derivative = 1e-2;
+
+class WayCheck {
+ public:
+  /// numeric: the derivative array by which ways were found, for the units of its columns. Both outlive it.
+  WayCheck(const Model& model, const NumericArray& numeric);
+
+  /// Of every first derivative in which the way differs from others: it is that of the expansion at the point, and beside
+  /// the point the residuals grow where it is changed by a tenth, in either direction.
+  bool holds(const WayOn& way) const;
+
+ private:
+  double unit_of(Expr leaf) const;
+  WayExpansion straight(const WayOn& way) const;
+  bool is_least(const WayOn& way, const WayExpansion& along, std::size_t j, double unit) const;
+  Vec residuals(const WayOn& way, const WayExpansion& along, double h) const;
+
+  const Model& model_;
+  const NumericArray& numeric_;
+  double scale_;  ///< of time, in which an unknown changes by its unit
+};
+
+}  // namespace pendula::dae
