@@ -9,7 +9,7 @@ namespace pendula::integrate {
 
 std::optional<StepWork> StepWork::of(const Problem& problem) {
   constexpr double full = 0.3;     // of the entries: dense elimination
-  constexpr double shorter = 2.2;  // loops over the rows of a grid
+  constexpr double shorter = 2.4;  // loops over the rows of a grid
   const int n = problem.n();
   if (!problem.is_ode() || problem.m() > 0 || n <= small || problem.has_dense_jacobian()) return {};
   std::vector<Position> positions;
