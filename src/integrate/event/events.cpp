@@ -7,6 +7,7 @@
 #include "base/epsilon.hpp"
 #include "dae/model/first_order.hpp"
 #include "expr/graph/derivative.hpp"
+#include "expr/print/print.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -275,12 +276,21 @@ bool EventFinder::ends_at_zero(std::size_t i, const Sample& a, const Sample& b) 
   return b.t >= end_ && !(*events_)[i].surface && toward && is_zero(i, b) && !opposite(a.g[i], b.g[i]);
 }
 
-/// A sine of a condition turns by more than a radian.
-bool EventFinder::oscillates(const Sample& a, const Sample& b, int depth) const {
-  constexpr int most = 12;  // halvings: 4096 samples in a quarter of a step
-  if (phases_.empty() || depth >= most) return false;
-  for (std::size_t i = 0; i < events_->size(); ++i)
-    if (std::max(a.rate[i], b.rate[i]) * (b.t - a.t) > 1) return true;
+/// A sine of a condition turns by more than a radian. A run whose steps hold more turns than can be counted, again and
+/// again, would not come to an end: then its borders are looked at less closely, and events end it.
+bool EventFinder::oscillates(const Sample& a, const Sample& b, int depth) {
+  constexpr int close = 12, coarse = 4;  // halvings: 4096 samples in a quarter of a step
+  constexpr long many = 20000;           // samples between which a sine turns: some steps full of them
+  if (phases_.empty()) return false;
+  for (std::size_t i = 0; i < events_->size(); ++i) {
+    if (!(std::max(a.rate[i], b.rate[i]) * (b.t - a.t) > 1)) continue;
+    if (depth < (uncounted_ > many ? coarse : close)) return true;
+    const Event& event = (*events_)[i];
+    if (++uncounted_ > many && !event.surface && event.termination_reason.empty())
+      throw Failure(text("the condition of an event, ", to_text(event.when),
+                         ", oscillates too fast to be followed, ",
+                         "thousands of times in a step; leave the event out, or limit the steps by dtmax"));
+  }
   return false;
 }
 

@@ -128,7 +128,7 @@ class EventFinder {
   double slope_after(Stepper& stepper, const StepView& step, std::size_t i);
   bool stays_on_border(std::size_t i, const Sample& a, const Sample& b) const;
   bool wanted(std::size_t i, bool rising) const;
-  bool oscillates(const Sample& a, const Sample& b, int depth) const;
+  bool oscillates(const Sample& a, const Sample& b, int depth);
   bool ends_at_zero(std::size_t i, const Sample& a, const Sample& b) const;
   bool may_hide(const Sample& a, const Sample& b, int depth) const;
   std::optional<Hit> scan(Stepper& stepper, const StepView& step, Sample& a, Sample& b, int depth);
@@ -151,6 +151,7 @@ class EventFinder {
   const std::vector<Event>* events_;
   codegen::Kernel kernel_;           ///< g, then dg/dt, then the slopes of the arguments of sines
   std::vector<std::size_t> phases_;  ///< the event of each of those arguments
+  long uncounted_ = 0;               ///< samples of the run between which a sine turned
   std::vector<char> slope_known_;    ///< dg/dt contains nothing but known leaves
   std::vector<char> measured_;       ///< its slope is a difference along the step
   std::vector<double> largest_;      ///< |g| so far

@@ -74,3 +74,14 @@ test("short pulses are not passed over", function()
     end
   end
 end)
+
+test("a border under a sine that turns without end does not take hours", function()
+  -- c grows without bound where sin(b) comes to 0: thousands of turns of sin(c) in each step
+  local a, b, c = vars "a b c"
+  local begin = os.clock()
+  local sol = dae { der(a) ~ sqrt(abs(cos(sin(c)))), der(b) ~ t/((exp(-b^2) - c)^2 + 1),
+    der(c) ~ 4/(29*sin(b)) - 19*c }:integrate { start = { a = -2/3, b = 1.9/3, c = -0.8/3 }, to = 3,
+    rtol = 1e-4, method = "dop853", max_steps = 2000 }
+  expect(sol.t[#sol.t] > 2.29):equals(true)
+  expect(os.clock() - begin < 60):equals(true)
+end)
