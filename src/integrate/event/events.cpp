@@ -68,7 +68,7 @@ EventFinder::EventFinder(const ProblemPtr& problem, const std::vector<Event>& ev
       if (node.op() != Op::sin && node.op() != Op::cos && node.op() != Op::tan) continue;
       const Expr phase = total_derivative(node.operand(0));
       if (!is_known(phase) && !(problem->is_ode() && slope_known_[i])) continue;
-      phases_.push_back(i);
+      phases_.events.push_back(i);
       phases.push_back(phase);
     }
   }
@@ -93,9 +93,9 @@ void EventFinder::evaluate(const Point& point, Sample& out) {
   const auto last = middle + static_cast<std::ptrdiff_t>(events_->size());
   out.slope.assign(middle, last);
   out.rate.assign(events_->size(), 0.0);
-  for (std::size_t k = 0; k < phases_.size(); ++k) {
+  for (std::size_t k = 0; k < phases_.events.size(); ++k) {
     const double rate = std::fabs(last[static_cast<std::ptrdiff_t>(k)]);
-    if (std::isfinite(rate)) out.rate[phases_[k]] = std::max(out.rate[phases_[k]], rate);
+    if (std::isfinite(rate)) out.rate[phases_.events[k]] = std::max(out.rate[phases_.events[k]], rate);
   }
   for (std::size_t i = 0; i < events_->size(); ++i)
     if (std::isfinite(out.g[i])) {
@@ -281,12 +281,12 @@ bool EventFinder::ends_at_zero(std::size_t i, const Sample& a, const Sample& b) 
 bool EventFinder::oscillates(const Sample& a, const Sample& b, int depth) {
   constexpr int close = 12, coarse = 4;  // halvings: 4096 samples in a quarter of a step
   constexpr long many = 20000;           // samples between which a sine turns: some steps full of them
-  if (phases_.empty()) return false;
+  if (phases_.events.empty()) return false;
   for (std::size_t i = 0; i < events_->size(); ++i) {
     if (!(std::max(a.rate[i], b.rate[i]) * (b.t - a.t) > 1)) continue;
-    if (depth < (uncounted_ > many ? coarse : close)) return true;
+    if (depth < (phases_.uncounted > many ? coarse : close)) return true;
     const Event& event = (*events_)[i];
-    if (++uncounted_ > many && !event.surface && event.termination_reason.empty())
+    if (++phases_.uncounted > many && !event.surface && event.termination_reason.empty())
       throw Failure(text("the condition of an event, ", to_text(event.when),
                          ", oscillates too fast to be followed, ",
                          "thousands of times in a step; leave the event out, or limit the steps by dtmax"));

@@ -149,12 +149,15 @@ class EventFinder {
 
   ProblemPtr problem_;
   const std::vector<Event>* events_;
-  codegen::Kernel kernel_;           ///< g, then dg/dt, then the slopes of the arguments of sines
-  std::vector<std::size_t> phases_;  ///< the event of each of those arguments
-  long uncounted_ = 0;               ///< samples of the run between which a sine turned
-  std::vector<char> slope_known_;    ///< dg/dt contains nothing but known leaves
-  std::vector<char> measured_;       ///< its slope is a difference along the step
-  std::vector<double> largest_;      ///< |g| so far
+  codegen::Kernel kernel_;  ///< g, then dg/dt, then the slopes of the arguments of sines
+  struct Phases {
+    std::vector<std::size_t> events;  ///< the event of each of those arguments
+    long uncounted = 0;               ///< samples of the run between which a sine turned
+  };
+  Phases phases_;
+  std::vector<char> slope_known_;  ///< dg/dt contains nothing but known leaves
+  std::vector<char> measured_;     ///< its slope is a difference along the step
+  std::vector<double> largest_;    ///< |g| so far
   bool measures_ = false;
   bool fresh_ = true;        ///< no step since the last start
   std::vector<char> clock_;  ///< g depends on time alone
