@@ -1,12 +1,17 @@
 // Eigen's factorisations of dense matrices. Those of double and complex are compiled once, in
-// decompositions*.cpp: instantiating them in every file that uses them took half of a build.
+// decompositions*.cpp: instantiating them in every file that uses them took half of a build. This holds for plain matrices
+// as arguments: solve(Vec(-r)) is compiled already, solve(-r) would be compiled anew, and everything below it.
 #pragma once
+
+#include "base/math.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <Eigen/SVD>
+
+#include <complex>
 
 // Instantiating a class leaves out its member templates, and constructors from a matrix are such. `how` is `extern
 // template` here and `template` in decompositions*.cpp.
@@ -38,7 +43,16 @@
   PENDULA_SOLUTION(how, PartialPivLU, MatrixXd, MatrixXd)               \
   PENDULA_SOLUTION(how, PartialPivLU, MatrixXd, VectorXd)               \
   PENDULA_SOLUTION(how, ColPivHouseholderQR, MatrixXd, MatrixXd)        \
-  PENDULA_SOLUTION(how, ColPivHouseholderQR, MatrixXd, VectorXd)
+  PENDULA_SOLUTION(how, ColPivHouseholderQR, MatrixXd, VectorXd)        \
+  PENDULA_FACTORISATION(how, LDLT, MatrixXd)                            \
+  PENDULA_SOLUTION(how, LDLT, MatrixXd, MatrixXd)                       \
+  PENDULA_SOLUTION(how, PartialPivLU, MatrixXcd, MatrixXcd)             \
+  PENDULA_SOLUTION(how, FullPivLU, MatrixXd, VectorXd)                  \
+  PENDULA_SOLUTION(how, HouseholderQR, MatrixXd, VectorXd)
+
+#define PENDULA_ORTHOGONAL_SOLUTIONS(how)                                    \
+  PENDULA_SOLUTION(how, CompleteOrthogonalDecomposition, MatrixXd, MatrixXd) \
+  PENDULA_SOLUTION(how, CompleteOrthogonalDecomposition, MatrixXd, VectorXd)
 
 #define PENDULA_SPECTRA(how)                                     \
   PENDULA_FACTORISATION(how, HessenbergDecomposition, MatrixXd)  \
@@ -52,9 +66,55 @@
   PENDULA_SPECTRUM(how, ComplexEigenSolver, MatrixXcd, bool)     \
   PENDULA_SPECTRUM(how, SelfAdjointEigenSolver, MatrixXd, int)
 
+// The kernels of products and triangular systems, of double and complex numbers (decompositions_products.cpp): every file
+// that multiplies two matrices would make its own.
+#define PENDULA_PACKING(how, S, Order)                                                                   \
+  how struct gemm_pack_lhs<S, Index, const_blas_data_mapper<S, Index, Order>, gebp_traits<S, S>::mr,     \
+                           gebp_traits<S, S>::LhsProgress, gebp_traits<S, S>::LhsPacket4Packing, Order>; \
+  how struct gemm_pack_rhs<S, Index, const_blas_data_mapper<S, Index, Order>, gebp_traits<S, S>::nr, Order>;
+
+#define PENDULA_MATRIX_VECTOR(how, S, Order, Right, version)                                                \
+  how struct general_matrix_vector_product<Index, S, const_blas_data_mapper<S, Index, Order>, Order, false, \
+                                           S, const_blas_data_mapper<S, Index, Right>, false, version>;
+
+#define PENDULA_MATRIX_MATRIX(how, S, Left, Right) \
+  how struct general_matrix_matrix_product<Index, S, Left, false, S, Right, false, ColMajor, 1>;
+
+#define PENDULA_TRIANGULAR(how, S, mode)                                                       \
+  how struct triangular_solve_matrix<S, Index, OnTheLeft, mode, false, ColMajor, ColMajor, 1>; \
+  how struct triangular_solve_vector<S, S, Index, OnTheLeft, mode, false, ColMajor>;
+
+#define PENDULA_KERNELS(how, S)                                                                             \
+  PENDULA_PACKING(how, S, ColMajor)                                                                         \
+  PENDULA_PACKING(how, S, RowMajor)                                                                         \
+  how struct gemm_pack_rhs<S, Index, blas_data_mapper<S, Index, ColMajor>, gebp_traits<S, S>::nr, ColMajor, \
+                           false, true>;                                                                    \
+  how struct gebp_kernel<S, S, Index, blas_data_mapper<S, Index, ColMajor>, gebp_traits<S, S>::mr,          \
+                         gebp_traits<S, S>::nr, false, false>;                                              \
+  how void evaluateProductBlockingSizesHeuristic<S, S, 1, Index>(Index&, Index&, Index&, Index);            \
+  how void evaluateProductBlockingSizesHeuristic<S, S, 4, Index>(Index&, Index&, Index&, Index);            \
+  PENDULA_MATRIX_VECTOR(how, S, RowMajor, ColMajor, 0)                                                      \
+  PENDULA_MATRIX_VECTOR(how, S, RowMajor, RowMajor, 1)                                                      \
+  PENDULA_MATRIX_VECTOR(how, S, ColMajor, RowMajor, 0)                                                      \
+  PENDULA_MATRIX_VECTOR(how, S, ColMajor, ColMajor, 0)                                                      \
+  PENDULA_MATRIX_MATRIX(how, S, ColMajor, ColMajor)                                                         \
+  PENDULA_MATRIX_MATRIX(how, S, ColMajor, RowMajor)                                                         \
+  PENDULA_MATRIX_MATRIX(how, S, RowMajor, ColMajor)                                                         \
+  PENDULA_TRIANGULAR(how, S, Lower)                                                                         \
+  PENDULA_TRIANGULAR(how, S, UnitLower)                                                                     \
+  PENDULA_TRIANGULAR(how, S, Upper)
+
+namespace Eigen::internal {
+
+PENDULA_KERNELS(extern template, double)
+PENDULA_KERNELS(extern template, std::complex<double>)
+
+}  // namespace Eigen::internal
+
 namespace Eigen {
 
 PENDULA_FACTORISATIONS(extern template)
+PENDULA_ORTHOGONAL_SOLUTIONS(extern template)
 PENDULA_SPECTRA(extern template)
 
 extern template class JacobiSVD<MatrixXd>;
@@ -62,3 +122,13 @@ extern template class JacobiSVD<MatrixXcd>;
 extern template class BDCSVD<MatrixXd>;
 
 }  // namespace Eigen
+
+namespace pendula {
+
+using HouseholderProduct = Eigen::HouseholderSequence<Mat, Vec>;
+
+Mat full_q(const HouseholderProduct& q);
+Mat thin_q(const HouseholderProduct& q, Eigen::Index columns);  ///< its first columns
+Mat pseudo_inverse(const Eigen::CompleteOrthogonalDecomposition<Mat>& factors);
+
+}  // namespace pendula

@@ -91,7 +91,7 @@ class Solver {
     Eigen::CompleteOrthogonalDecomposition<Mat> qr;
     qr.setThreshold(rank_threshold);
     qr.compute(scaled);
-    return scale_.cwiseInverse().cwiseProduct(qr.solve(-R_));
+    return scale_.cwiseInverse().cwiseProduct(Vec(qr.solve(Vec(-R_))));
   }
   Vec marquardt_step(double lambda) const {
     const Index n = f_.n(), m = f_.outputs;
@@ -237,7 +237,7 @@ Vec polished(const NumericFunction& f, Vec x) {
     f.value(x, R);
     f.jacobian(x, J);
     f.curvature(x, R, S);
-    const Vec correction = (J.transpose() * J + S).partialPivLu().solve(J.transpose() * R);
+    const Vec correction = Mat(J.transpose() * J + S).partialPivLu().solve(Vec(J.transpose() * R));
     const double length = correction.norm();
     if (!std::isfinite(length) || length >= previous) break;
     x -= correction;
@@ -270,7 +270,7 @@ void analyse(const NumericFunction& f, GaussNewtonRun& run) {
       8 * eps * (run.J.cwiseAbs().transpose() * (run.R.cwiseAbs() + run.J.cwiseAbs() * root.cwiseAbs()));
   double largest = 0;
   for (const Vec& x : run.x) largest = std::max(largest, x.norm());
-  const double noise = 4 * eps * largest + (JtJ.inverse().cwiseAbs() * gradient_noise).norm();
+  const double noise = 4 * eps * largest + (Mat(JtJ.inverse()).cwiseAbs() * gradient_noise).norm();
   run.observed = observe(run.x, root, noise, run.predicted > linear_in_the_end);
 }
 

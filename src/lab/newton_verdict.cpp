@@ -292,7 +292,7 @@ class Judge {
       r_.value(root_, r);
       difference_jacobian(r_, root_, r, settings_.difference, M);
     }
-    const Mat map = Mat::Identity(J.rows(), J.rows()) - run_.alpha.back() * M.partialPivLu().solve(J);
+    const Mat map = Mat::Identity(J.rows(), J.rows()) - run_.alpha.back() * Mat(M.partialPivLu().solve(J));
     if (map.allFinite()) run_.predicted = map.eigenvalues().cwiseAbs().maxCoeff();
   }
 
@@ -302,7 +302,7 @@ class Judge {
     if (run_.singular_root)  // the extrapolated x⋆ is no better than the last iterates
       noise = 5 * (run_.x.back() - root_).norm() / above_noise;
     else
-      noise += (J.inverse().cwiseAbs() * (8 * eps * (J.cwiseAbs() * root_.cwiseAbs()))).norm();
+      noise += (Mat(J.inverse()).cwiseAbs() * (8 * eps * (J.cwiseAbs() * root_.cwiseAbs()))).norm();
     run_.observed = observe(run_.x, root_, noise, linear);
   }
 

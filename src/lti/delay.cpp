@@ -210,7 +210,8 @@ ComplexMat value(const DelaySystem& g, Complex s) {
   for (int i = 0; i < k; ++i) theta[i] = std::exp(-g.delays[i] * s);
   const ComplexMat inner = ComplexMat::Identity(k, k) - G.bottomRightCorner(k, k) * theta.asDiagonal();
   return G.topLeftCorner(p, m) +
-         G.topRightCorner(p, k) * theta.asDiagonal() * inner.partialPivLu().solve(G.bottomLeftCorner(k, m));
+         G.topRightCorner(p, k) * theta.asDiagonal() *
+             ComplexMat(inner.partialPivLu().solve(ComplexMat(G.bottomLeftCorner(k, m))));
 }
 
 FrequencyResponse frequency_response(const DelaySystem& g, const Vec& w) {

@@ -29,8 +29,9 @@ class Evaluator {
         const Vec d = linalg::balancing(A);
         const Eigen::ComplexSchur<Mat> schur(linalg::similar(A, d));
         T_ = schur.matrixT();
-        B_ = schur.matrixU().adjoint() * (d.cwiseInverse().asDiagonal() * numbers(g_.ss.B)).cast<Complex>();
-        C_ = (numbers(g_.ss.C) * d.asDiagonal()).cast<Complex>() * schur.matrixU();
+        B_ = schur.matrixU().adjoint() *
+             ComplexMat((d.cwiseInverse().asDiagonal() * numbers(g_.ss.B)).cast<Complex>());
+        C_ = ComplexMat((numbers(g_.ss.C) * d.asDiagonal()).cast<Complex>()) * schur.matrixU();
       }
       D_ = numbers(g_.ss.D).cast<Complex>();
     } else {

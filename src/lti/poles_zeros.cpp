@@ -185,7 +185,7 @@ std::vector<dae::Mode> zeros_of(const StateSpace& g) {
   const double size = std::max({q.A.norm(), q.B.norm(), q.C.norm(), q.D.norm()});
   const auto s = core(q, 100 * std::numeric_limits<double>::epsilon() * size);
   if (s.A.rows() == 0) return {};
-  return eigenvalues(Mat(unit * (s.A - s.B * s.D.partialPivLu().solve(s.C))));
+  return eigenvalues(Mat(unit * (s.A - s.B * Mat(s.D.partialPivLu().solve(s.C)))));
 }
 
 std::vector<dae::Mode> listed(const std::vector<std::pair<Expr, Expr>>& roots) {

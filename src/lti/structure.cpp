@@ -74,7 +74,7 @@ Split split(const MatX& A, const MatX& B, double tol = 0) {
   })[0];
   if (space.cols() == n) return {MatX(MatX::Identity(n, n)), MatX(MatX::Identity(n, n)), static_cast<int>(n)};
   Mat V(n, n);
-  V << space, Mat(Mat(Eigen::HouseholderQR<Mat>(space).householderQ()).rightCols(n - space.cols()));
+  V << space, Mat(full_q(Eigen::HouseholderQR<Mat>(space).householderQ()).rightCols(n - space.cols()));
   return {expressions(Mat(d.asDiagonal() * V)), expressions(Mat(V.transpose() * inverse.asDiagonal())),
           static_cast<int>(space.cols())};
 }
@@ -350,7 +350,8 @@ Mat schur_lyapunov(const Mat& A, const Mat& Q, bool continuous, const Vec& d) {
   const Vec inverse = d.cwiseInverse();
   const Eigen::ComplexSchur<Mat> schur(linalg::similar(A, d));
   const ComplexMat &T = schur.matrixT(), &U = schur.matrixU();
-  const ComplexMat F = U.adjoint() * (inverse.asDiagonal() * Q * inverse.asDiagonal()).cast<Complex>() * U;
+  const ComplexMat scaled = (inverse.asDiagonal() * Q * inverse.asDiagonal()).cast<Complex>(),
+                   F = U.adjoint() * scaled * U;
   ComplexMat Y = ComplexMat::Zero(n, n);
   const double smallest = 1e-14 * T.norm();
   // Columns from the right: in A P + P Aᴴ + Q = 0 with T upper triangular, (T + t̄ⱼⱼ I) yⱼ = -fⱼ - Σ_{k>j} t̄ⱼₖ
@@ -375,7 +376,7 @@ Mat schur_lyapunov(const Mat& A, const Mat& Q, bool continuous, const Vec& d) {
             "eigenvalues that are opposite to each other");
     Y.col(j) = M.triangularView<Eigen::Upper>().solve(right);
   }
-  const Mat P = d.asDiagonal() * (U * Y * U.adjoint()).real() * d.asDiagonal();
+  const Mat P = d.asDiagonal() * Mat(ComplexMat(U * Y * U.adjoint()).real()) * d.asDiagonal();
   return (P + P.transpose()) / 2;
 }
 

@@ -234,7 +234,8 @@ ComplexMat value(const System& given, Complex s) {
         s * ComplexMat::Identity(g.ss.order(), g.ss.order()) - numbers(g.ss.A).cast<Complex>();
     values = numbers(g.ss.D).cast<Complex>();
     if (g.ss.order() > 0)
-      values += numbers(g.ss.C).cast<Complex>() * m.partialPivLu().solve(numbers(g.ss.B).cast<Complex>());
+      values += ComplexMat(numbers(g.ss.C).cast<Complex>()) *
+                ComplexMat(m.partialPivLu().solve(ComplexMat(numbers(g.ss.B).cast<Complex>())));
   } else {
     const System f = to_tf(g);
     for (int i = 0; i < g.outputs; ++i)

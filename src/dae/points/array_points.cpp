@@ -58,7 +58,7 @@ class NewtonStep {
   /// -J⁺ r in scaled unknowns: what the size of a step is measured in.
   Vec scaled(const Vec& r) const {
     return row_.size() == 0 || column_.size() == 0 ? Vec(Vec::Zero(column_.size()))
-                                                   : Vec(qr_.solve(-r.cwiseQuotient(row_)));
+                                                   : Vec(qr_.solve(Vec(-r.cwiseQuotient(row_))));
   }
   Vec step(const Vec& s) const {
     Vec out = Vec::Zero(columns_);

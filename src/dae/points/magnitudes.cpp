@@ -200,7 +200,7 @@ Vec least_absolute(const std::vector<Form>& equations, const std::vector<double>
     const Eigen::SparseMatrix<double> N = product + slight * I;
     if (sweep == 0) factors.analyzePattern(N);
     factors.factorize(N);
-    const Vec next = factors.solve(A.transpose() * w.cwiseProduct(b));
+    const Vec next = factors.solve(Vec(A.transpose() * w.cwiseProduct(b)));
     if (!next.allFinite()) break;
     x = next;
   }

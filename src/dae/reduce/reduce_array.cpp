@@ -159,7 +159,7 @@ Columns higher_of_low_order(const ArrayAt& a) {
     Mat rest = columns_of(a.J, columns);
     if (!chosen.empty()) {
       const Eigen::HouseholderQR<Mat> qr(columns_of(a.J, chosen));
-      rest = (Mat(qr.householderQ()).transpose() * rest)
+      rest = (full_q(qr.householderQ()).transpose() * rest)
                  .bottomRows(rest.rows() - static_cast<Index>(chosen.size()))
                  .eval();
     }
@@ -183,7 +183,8 @@ ArraySelection select(const ArrayAt& a, const Model& m) {
   y.insert(y.end(), s.higher.begin(), s.higher.end());
   const Mat Y = columns_of(a.J, y);
   const Eigen::HouseholderQR<Mat> qr(Y);
-  const Mat left = Mat(qr.householderQ()).rightCols(a.J.rows() - Y.cols());  // its null space from the left
+  const Mat left =
+      full_q(qr.householderQ()).rightCols(a.J.rows() - Y.cols());  // its null space from the left
   Mat conditions = left.transpose() * a.J.leftCols(a.states);
   const int count = rank_with_gap(a.J).rank - static_cast<int>(y.size());
   for (Index j = 0; j < a.states; ++j)

@@ -139,7 +139,7 @@ Vec least_step(const Projection& p, const std::unordered_map<Expr, double>& valu
   Vec right = Vec::Zero(n + m);
   right.tail(m) = -G;
   if (!K.allFinite() || !right.allFinite()) return Vec::Constant(n, NAN);
-  return Eigen::CompleteOrthogonalDecomposition<Mat>(K).solve(right).head(n);
+  return Vec(Eigen::CompleteOrthogonalDecomposition<Mat>(K).solve(right)).head(n);
 }
 
 }  // namespace

@@ -80,7 +80,7 @@ bool reachable(const Model& m, const Analysis& a, Expr factor, const Accept& acc
       Mat J = Mat::Zero(n, k);
       for (std::size_t s = 0; s < slopes.size(); ++s) J(slopes[s].row, slopes[s].column) = numbers[n + s];
       if (!r.allFinite() || !J.allFinite()) break;
-      const Vec step = Eigen::CompleteOrthogonalDecomposition<Mat>(J).solve(-r);
+      const Vec step = Eigen::CompleteOrthogonalDecomposition<Mat>(J).solve(Vec(-r));
       Eigen::Map<Vec> moved(w.data(), k);
       moved += step;
       if (const double size = r.norm(); size < 0.9 * least) {

@@ -231,8 +231,9 @@ class JumpSystem {
     const Vec row = K.rowwise().norm().unaryExpr(inverse);
     const Mat scaled = row.asDiagonal() * K;
     const Vec column = scaled.colwise().norm().transpose().unaryExpr(inverse);
-    const Vec y =
-        (scaled * column.asDiagonal()).completeOrthogonalDecomposition().solve(row.cwiseProduct(right));
+    const Vec y = Mat(scaled * column.asDiagonal())
+                      .completeOrthogonalDecomposition()
+                      .solve(Vec(row.cwiseProduct(right)));
     const double least = rounding * y.cwiseAbs().maxCoeff();
     return y.unaryExpr([&](double v) { return std::fabs(v) <= least ? 0.0 : v; }).cwiseProduct(column);
   }

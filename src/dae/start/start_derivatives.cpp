@@ -6,8 +6,7 @@
 #include <cmath>
 #include <optional>
 
-#include <Eigen/QR>
-
+#include "base/decompositions.hpp"
 #include "base/math.hpp"
 #include "dae/points/derivative_array.hpp"
 
@@ -43,7 +42,7 @@ class Extension {
       const Mat J = numbers(entries);
       const Vec r = Eigen::Map<const Vec>(evaluate(rows_, point_).data(), static_cast<Index>(rows_.size()));
       const Eigen::CompleteOrthogonalDecomposition<Mat> decomposition(J);
-      const Vec d = decomposition.solve(-r);
+      const Vec d = decomposition.solve(Vec(-r));
       if (!d.allFinite()) return {};
       for (std::size_t i = 0; i < unknowns_.size(); ++i) point_[unknowns_[i]] += d[static_cast<Index>(i)];
       if (step + 1 < steps && d.norm() > 1e-13 * (1 + size())) continue;
@@ -72,8 +71,9 @@ class Extension {
   /// Unknown i is determined if the null space of J has no component along it: (J⁺ J)ᵢᵢ = 1.
   static bool determined(const Eigen::CompleteOrthogonalDecomposition<Mat>& decomposition, const Mat& J,
                          const std::vector<Index>& places) {
-    return std::all_of(places.begin(), places.end(),
-                       [&](Index i) { return std::fabs(decomposition.solve(J.col(i))[i] - 1) < 1e-9; });
+    return std::all_of(places.begin(), places.end(), [&](Index i) {
+      return std::fabs(Vec(decomposition.solve(Vec(J.col(i))))[i] - 1) < 1e-9;
+    });
   }
 
   std::vector<Expr> rows_, unknowns_;

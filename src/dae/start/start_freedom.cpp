@@ -28,9 +28,9 @@ class RowSpace {
       if (const double size = rows.row(i).norm(); size > 0) rows.row(i) /= size;
     Eigen::ColPivHouseholderQR<Mat> qr;
     qr.setThreshold(threshold_);
-    qr.compute(rows.transpose());
+    qr.compute(Mat(rows.transpose()));
     rank_ = rows.rows() ? qr.rank() : 0;
-    if (rank_) basis_.leftCols(rank_) = qr.householderQ() * Mat::Identity(rows.cols(), rank_);
+    if (rank_) basis_.leftCols(rank_) = thin_q(qr.householderQ(), rank_);
   }
 
   Index rank() const { return rank_; }
@@ -52,7 +52,7 @@ class RowSpace {
     const Index n = basis_.rows();
     if (rank_ == 0) return Mat::Identity(n, n);
     const Eigen::HouseholderQR<Mat> qr(Mat(basis_.leftCols(rank_)));
-    return Mat(qr.householderQ()).rightCols(n - rank_);
+    return full_q(qr.householderQ()).rightCols(n - rank_);
   }
 
  private:
@@ -69,7 +69,7 @@ std::vector<Index> pivots(Mat N, const std::vector<Index>& candidates) {
   Eigen::ColPivHouseholderQR<Mat> qr;
   qr.setThreshold(movable);
   qr.compute(M);
-  Mat Q = qr.householderQ() * Mat::Identity(M.rows(), qr.rank());
+  Mat Q = thin_q(qr.householderQ(), qr.rank());
   std::vector<Index> chosen;
   for (Index step = 0; step < qr.rank(); ++step) {
     const Vec norms = Q.rowwise().norm();

@@ -98,15 +98,15 @@ class Nearest {
     const Vec g = weight_.cwiseProduct((w - target_).cwiseQuotient(s_.unit));
     Eigen::ColPivHouseholderQR<Mat> qr;
     qr.setThreshold(1e-9);
-    qr.compute(J.transpose());
-    const Mat Z = Mat(qr.householderQ()).rightCols(n_ - qr.rank());
+    qr.compute(Mat(J.transpose()));
+    const Mat Z = full_q(qr.householderQ()).rightCols(n_ - qr.rank());
     if (Z.cols() == 0) return Vec::Zero(n_);
     const Vec lambda = qr.solve(Vec(-g));
     const Mat weight = weight_.asDiagonal();
     Mat H = Z.transpose() * (weight + hessian(w, lambda)) * Z;
     const Mat gauss = Z.transpose() * weight * Z;
     const auto least = [&](const Mat& M) -> Vec {
-      return Z * Eigen::CompleteOrthogonalDecomposition<Mat>(M).solve(-(Z.transpose() * g));
+      return Z * Vec(Eigen::CompleteOrthogonalDecomposition<Mat>(M).solve(Vec(-(Z.transpose() * g))));
     };
     const Vec newton = least(H);
     if (newton.allFinite() && newton.dot(g) <= 0) return newton;
@@ -159,7 +159,7 @@ StartSolution sparse_nearest(const StartSystem& s) {
     Vec right(n + m);
     right << -weight.cwiseProduct((w - target).cwiseQuotient(s.unit)), -s.residual(w).head(m);
     Vec x = factors.solve(right);
-    x += factors.solve(right - K * x);
+    x += factors.solve(Vec(right - K * x));
     if (!x.allFinite()) break;
     w += x.head(n).cwiseProduct(s.unit);
     if (x.head(n).norm() <= 1e-10 * (1 + w.cwiseQuotient(s.unit).norm())) break;

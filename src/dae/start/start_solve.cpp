@@ -100,7 +100,7 @@ std::optional<Vec> square_step(const Sparse& J, const Vec& r) {
   const Eigen::SparseLU<Sparse> factors(A);
   if (factors.info() != Eigen::Success) return {};
   Vec x = factors.solve(b);
-  x += factors.solve(b - A * x);
+  x += factors.solve(Vec(b - A * x));
   if (!x.allFinite() || (b - A * x).norm() > accurate * b.norm()) return {};
   Vec d = Vec::Zero(J.cols());
   for (std::size_t j = 0; j < column.size(); ++j)
@@ -127,7 +127,7 @@ Vec sparse_least_step(const Sparse& J, const Vec& r) {
   right.head(m) = -r;
   const auto refined = [&](const auto& factors, int times) {
     Vec x = factors.solve(right);
-    for (int k = 0; k < times && x.allFinite(); ++k) x += factors.solve(right - K * x);
+    for (int k = 0; k < times && x.allFinite(); ++k) x += factors.solve(Vec(right - K * x));
     return x;
   };
   const Eigen::SimplicialLDLT<Sparse> symmetric(K);
@@ -155,10 +155,10 @@ Vec least_step(const Sparse& J, const Vec& r) {
       const Vec length = A.colwise().norm().cwiseMax(std::numeric_limits<double>::min());
       Eigen::CompleteOrthogonalDecomposition<Mat> scaled;
       scaled.setThreshold(qr.threshold());
-      scaled.compute(A * length.cwiseInverse().asDiagonal());
-      if (scaled.rank() == A.cols()) return Vec(scaled.solve(-r)).cwiseQuotient(length);
+      scaled.compute(Mat(A * length.cwiseInverse().asDiagonal()));
+      if (scaled.rank() == A.cols()) return Vec(scaled.solve(Vec(-r))).cwiseQuotient(length);
     }
-    return qr.solve(-r);
+    return qr.solve(Vec(-r));
   }
   if (const auto exact = square_step(J, r)) return *exact;
   return sparse_least_step(J, r);

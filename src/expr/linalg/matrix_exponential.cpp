@@ -94,7 +94,7 @@ Bounded pade(const Mat& A, Powers& powers, int m) {
   const Mat down = V - U, up = V + U;
   const Eigen::PartialPivLU<Mat> lu(down);
   Mat X = lu.solve(up);
-  X += lu.solve(up - down * X);
+  X += lu.solve(Mat(up - down * X));
   // V - U is well conditioned in the region of the approximant (‖(V-U)⁻¹‖ ≤ 17 for θ₁₃, Higham 2005).
   const Mat inverse = lu.inverse().cwiseAbs();
   const double n = static_cast<double>(A.rows());

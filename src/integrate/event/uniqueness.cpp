@@ -151,7 +151,7 @@ bool UniquenessCheck::leaves_from(std::size_t k, RhsSolver& derivative, const Po
     if (!(std::fabs(u[0]) <= located * weight.row(i).cwiseAbs().sum())) return false;
   }
   // the shortest way to u = 1 with u′, u″ … as they are, each state in units of its size
-  const Mat ways = weight.completeOrthogonalDecomposition().pseudoInverse();
+  const Mat ways = pseudo_inverse(weight.completeOrthogonalDecomposition());
   const Vec direction = unit.cwiseProduct(ways.col(0));
   if (!direction.allFinite()) return false;
   Point on = point;

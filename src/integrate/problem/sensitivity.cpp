@@ -103,7 +103,8 @@ Mat initial_sensitivity(const Variational& model, const std::vector<Expr>& condi
   Mat weights = Mat::Zero(n, n);
   for (int i = 0; i < n; ++i) weights(i, i) = kept[i] ? 1 : 0;
   if (N.cols() == 0) return particular;
-  const Mat w = (weights * N).completeOrthogonalDecomposition().solve(weights * (wanted - particular));
+  const Mat w =
+      Mat(weights * N).completeOrthogonalDecomposition().solve(Mat(weights * (wanted - particular)));
   return particular + N * w;
 }
 

@@ -1,11 +1,11 @@
 #include "integrate/simulation/array_run.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
 
+#include "base/decompositions.hpp"
 #include "base/lru_cache.hpp"
 #include "base/text.hpp"
 #include "codegen/kernel/kernel.hpp"
@@ -46,7 +46,7 @@ class Regularity {
     for (std::size_t k = 0; k < values.size(); ++k) J(entries_[k].row, entries_[k].column) = values[k];
     if (J.size() == 0 || !J.allFinite()) return 0;
     if (!std::exchange(measured_, true)) measure(J);
-    const double rcond = Eigen::PartialPivLU<Mat>(row_.asDiagonal() * J * column_.asDiagonal()).rcond();
+    const double rcond = Eigen::PartialPivLU<Mat>(Mat(row_.asDiagonal() * J * column_.asDiagonal())).rcond();
     return std::isfinite(rcond) ? rcond : 0;  // a pivot that is 0 leaves no number
   }
 

@@ -85,12 +85,12 @@ void RungeKutta::prepare_weights() {
     for (int k = 1; k < terms; ++k) V.col(k) = V.col(k - 1).cwiseProduct(at);
     return V;
   };
-  const Mat fit = powers(c).completeOrthogonalDecomposition().pseudoInverse();
+  const Mat fit = pseudo_inverse(powers(c).completeOrthogonalDecomposition());
   extrapolation_ = powers(c + Vec::Ones(s)) * fit;
   end_weights_ = (powers(Vec::Ones(1)) * fit).transpose();
   if (!direct_) return;
 
-  const Eigen::FullPivLU<Mat> lu(tableau_->A().transpose());
+  const Eigen::FullPivLU<Mat> lu(Mat(tableau_->A().transpose()));
   if (lu.isInvertible()) {
     limit_weights_ = lu.solve(tableau_->b());
   } else if (!stiffly_accurate_ || tableau_->is_explicit()) {

@@ -36,7 +36,8 @@ void smooth_back(FilterRun& run, const Mat& A, const std::vector<Mat>& before,
   Mat P = after[N - 1];
   for (Index k = N - 1; k-- > 0;) {
     if (k % 1024 == 0) poll_interrupt();
-    const Mat G = before[k + 1].completeOrthogonalDecomposition().solve(A * after[k]).transpose();
+    const Mat transposed = before[k + 1].completeOrthogonalDecomposition().solve(Mat(A * after[k]));
+    const Mat G = transposed.transpose();
     const Vec step = (run.smoothed.row(k + 1) - run.predicted.row(k + 1)).transpose();
     run.smoothed.row(k) += (G * step).transpose();
     P = (after[k] + G * (P - before[k + 1]) * G.transpose()).eval();
@@ -78,7 +79,7 @@ FilterRun kalman_filter(const System& given, const Mat& Q, const Mat& R, const M
       const Eigen::LLT<Mat> factor(S);
       if (factor.info() != Eigen::Success)
         throw Error(text("the covariance of the innovations is singular at sample ", k + 1, ": give R > 0"));
-      const Mat K = factor.solve(H * P).transpose();
+      const Mat K = Mat(factor.solve(Mat(H * P))).transpose();
       const Vec e = (y.row(k).transpose() - expected)(there);
       const Mat rest = Mat::Identity(n, n) - K * H;
       x += K * e;

@@ -66,7 +66,7 @@ class Eigenvectors {
   Eigenvectors(const Mat& A, const Mat& B, std::vector<Complex> poles) : poles_(std::move(poles)) {
     const Index n = A.rows(), m = B.cols();
     const Eigen::ColPivHouseholderQR<Mat> qr(B);
-    const Mat Q = qr.householderQ() * Mat::Identity(n, n);
+    const Mat Q = thin_q(qr.householderQ(), n);
     const Mat U1 = Q.rightCols(n - m);
     X_.resize(n, n);
     for (Index j = 0; j < n; ++j) {
@@ -136,7 +136,7 @@ class Eigenvectors {
     Mat others(n, n - count);
     others << X_.leftCols(j), X_.rightCols(n - j - count);
     if (others.cols() == 0) return Mat::Identity(n, n);
-    const Mat Q = Eigen::HouseholderQR<Mat>(others).householderQ() * Mat::Identity(n, n);
+    const Mat Q = thin_q(Eigen::HouseholderQR<Mat>(others).householderQ(), n);
     return Q.rightCols(count);
   }
 
@@ -153,7 +153,7 @@ class Eigenvectors {
     const Mat q = complement(j, 2);
     const ComplexMat& S = spaces_[j];
     ComplexVec u = q.col(0).cast<Complex>() + Complex(0, 1) * q.col(1).cast<Complex>();
-    const ComplexMat M = S.adjoint() * (u * u.adjoint() - u.conjugate() * u.transpose()) * S;
+    const ComplexMat skew = u * u.adjoint() - u.conjugate() * u.transpose(), M = S.adjoint() * skew * S;
     const Eigen::JacobiSVD<ComplexMat> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
     const Vec sigma = svd.singularValues();
     const bool tie = sigma.size() > 1 && sigma[1] > (1 - 1e-8) * sigma[0];
@@ -214,11 +214,11 @@ Placement placed(const Mat& A, const Mat& B, const ComplexVec& wanted) {
   if (m > 1) vectors.improve();
   // B K = A - X Λ X⁻¹
   const Mat closed =
-      vectors.X().transpose().partialPivLu().solve((vectors.X() * vectors.Lambda()).transpose());
+      Mat(vectors.X().transpose()).partialPivLu().solve(Mat((vectors.X() * vectors.Lambda()).transpose()));
   Placement out;
-  out.K = qr.solve(A - closed.transpose());
+  out.K = qr.solve(Mat(A - closed.transpose()));
   out.condition = condition(vectors.X());
-  out.poles = Eigen::EigenSolver<Mat>(A - B * out.K, false).eigenvalues();
+  out.poles = Eigen::EigenSolver<Mat>(Mat(A - B * out.K), false).eigenvalues();
   if (!out.K.allFinite() || !(miss(poles, out.poles) <= 1e-3))
     throw Failure(text("the poles are too sensitive to be placed: the condition of their eigenvectors is ",
                        pendula::rounded(out.condition, 3),

@@ -15,7 +15,7 @@ Mat root(const Mat& P) {
   const Vec size = P.diagonal().unaryExpr(
       [](double p) { return p > 0 ? std::exp2(std::round(0.5 * std::log2(p))) : 1.0; });
   const Vec inverse = size.cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Mat> eigen(inverse.asDiagonal() * P * inverse.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<Mat> eigen(Mat(inverse.asDiagonal() * P * inverse.asDiagonal()));
   return size.asDiagonal() * eigen.eigenvectors() *
          eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
@@ -52,7 +52,8 @@ System residualised(const System& g, Index kept) {
   Mat still = -A.bottomRightCorner(rest, rest);
   if (!g.continuous()) still += Mat::Identity(rest, rest);
   const Eigen::PartialPivLU<Mat> lu(still);
-  const Mat to_state = lu.solve(A.bottomLeftCorner(rest, kept)), to_input = lu.solve(B.bottomRows(rest));
+  const Mat to_state = lu.solve(Mat(A.bottomLeftCorner(rest, kept))),
+            to_input = lu.solve(Mat(B.bottomRows(rest)));
   const Mat A12 = A.topRightCorner(kept, rest), C2 = C.rightCols(rest);
   System h = make_ss(expressions(A.topLeftCorner(kept, kept) + A12 * to_state),
                      expressions(B.topRows(kept) + A12 * to_input),

@@ -64,7 +64,7 @@ std::optional<Mat> doubled(Mat A, Mat G, Mat H) {
   const Index n = A.rows();
   for (int k = 0; k < most_doublings; ++k) {
     poll_interrupt();
-    const Eigen::PartialPivLU<Mat> lu(Mat::Identity(n, n) + G * H);
+    const Eigen::PartialPivLU<Mat> lu(Mat(Mat::Identity(n, n) + G * H));
     const Mat WA = lu.solve(A), WG = lu.solve(G);
     const Mat change = symmetric(A.transpose() * H * WA);
     G = symmetric(G + A * WG * A.transpose());
@@ -85,13 +85,13 @@ std::optional<Mat> by_doubling(const Reduced& r, bool continuous) {
   for (const double factor : {1.0, 1.37, 0.61, 4.3, 0.23}) {  // γ must not be an eigenvalue
     const double gamma = factor * (size > 0 ? size : 1);
     const Mat I = Mat::Identity(n, n);
-    const Eigen::PartialPivLU<Mat> shifted(r.A - gamma * I);
-    const Eigen::PartialPivLU<Mat> W((r.A - gamma * I).transpose() + r.H * shifted.solve(r.G));
+    const Eigen::PartialPivLU<Mat> shifted(Mat(r.A - gamma * I));
+    const Eigen::PartialPivLU<Mat> W(Mat((r.A - gamma * I).transpose() + r.H * Mat(shifted.solve(r.G))));
     if (!(shifted.rcond() > 1e-14) || !(W.rcond() > 1e-14)) continue;
     const Mat inverse = W.inverse();
     const auto X =
-        doubled(I + 2 * gamma * inverse.transpose(), symmetric(2 * gamma * shifted.solve(r.G) * inverse),
-                symmetric(2 * gamma * inverse * r.H * shifted.inverse()));
+        doubled(I + 2 * gamma * inverse.transpose(), symmetric(2 * gamma * Mat(shifted.solve(r.G)) * inverse),
+                symmetric(2 * gamma * inverse * r.H * Mat(shifted.inverse())));
     if (X) return X;
   }
   return {};

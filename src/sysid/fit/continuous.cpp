@@ -118,7 +118,7 @@ Vec continuous_errors(const ContinuousModel& m, const IdData& d, bool free) {
         row = (row * Phi).eval();
       }
       const Mat seen = O(rows, Eigen::all);
-      if (seen.allFinite() && kept.allFinite()) kept -= seen * seen.colPivHouseholderQr().solve(kept);
+      if (seen.allFinite() && kept.allFinite()) kept -= seen * Vec(seen.colPivHouseholderQr().solve(kept));
     }
     all.insert(all.end(), kept.begin(), kept.end());
   }

@@ -57,11 +57,11 @@ Estimate solve_instruments(const IdData& d, const IdData& instruments, const Ord
     throw Error(
         "the simulated output does not determine the parameters: the input excites too little; lower na or nb");
   Estimate out;
-  out.theta = qr.solve(z.transpose() * y);
+  out.theta = qr.solve(Vec(z.transpose() * y));
   out.errors = y - phi * out.theta;
   const double sigma2 =
       out.errors.squaredNorm() / static_cast<double>(std::max<Index>(1, y.size() - phi.cols()));
-  const Mat inverse = qr.inverse();
+  const Mat inverse = qr.solve(Mat(Mat::Identity(cross.rows(), cross.rows())));
   out.covariance = sigma2 * inverse * (z.transpose() * z) * inverse.transpose();
   return out;
 }

@@ -72,16 +72,17 @@ ScanEntry entry_of(int na, int nb, int nk, const std::vector<Index>& columns, co
   const auto N = static_cast<double>(fe.rows);
   const Mat part = fe.R(Eigen::all, columns);
   const Eigen::ColPivHouseholderQR<Mat> qr(part);
-  const Mat theta = qr.solve(fe.R.rightCols(p));
+  const Mat theta = qr.solve(Mat(fe.R.rightCols(p)));
   Mat errors = fe.R.rightCols(p) - part * theta;
   if (exact(errors, fe.R.rightCols(p))) errors.setZero();
-  const double loss = p == 1 ? errors.squaredNorm() / N : (errors.transpose() * errors / N).determinant();
+  const double loss = p == 1 ? errors.squaredNorm() / N : Mat(errors.transpose() * errors / N).determinant();
   ScanEntry out{na, nb, nk, criteria(N * loss, fe.rows, p * qr.rank(), p == 1 ? fe.variation[0] : 1), 0, 0};
   if (fv.rows == 0) return out;
-  Mat missed = fv.R.rightCols(p) - fv.R(Eigen::all, columns) * theta;
+  Mat missed = fv.R.rightCols(p) - Mat(fv.R(Eigen::all, columns)) * theta;
   if (exact(missed, fv.R.rightCols(p))) missed.setZero();
   const auto M = static_cast<double>(fv.rows);
-  out.validation_loss = p == 1 ? missed.squaredNorm() / M : (missed.transpose() * missed / M).determinant();
+  out.validation_loss =
+      p == 1 ? missed.squaredNorm() / M : Mat(missed.transpose() * missed / M).determinant();
   for (Index j = 0; j < p; ++j)
     out.validation_fit +=
         100 * (1 - std::sqrt(missed.col(j).squaredNorm() / fv.variation[j])) / static_cast<double>(p);

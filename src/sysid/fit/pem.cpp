@@ -62,7 +62,7 @@ class Evaluator {
       Z_ = start_responses(convolve(p_.C, F), n, memory);
       qr_.compute(Z_);
       free_start = memory;
-      added_ = -(Z_ * qr_.solve(e_.head(Z_.rows())));
+      added_ = -(Z_ * Vec(qr_.solve(Vec(e_.head(Z_.rows())))));
       e_.head(Z_.rows()) += added_;
     }
     if (J) gradient(*J, first);
@@ -92,7 +92,7 @@ class Evaluator {
     }
     if (Z_.size() == 0) return;
     // P⊥ J, by a thin orthonormal basis of Z.
-    const Mat Q = qr_.householderQ() * Mat::Identity(Z_.rows(), Z_.cols());
+    const Mat Q = thin_q(qr_.householderQ(), Z_.cols());
     const auto rows = J.middleRows(first, Z_.rows());
     const Mat share = Q.transpose() * rows;
     J.middleRows(first, Z_.rows()).noalias() -= Q * share;

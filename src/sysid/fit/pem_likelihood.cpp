@@ -84,7 +84,8 @@ PolyModel pem(const IdData& d, Index output, const Orders& orders, const std::st
   else
     m.log_likelihood = -value;
   m.covariance =
-      (at.J.transpose() * at.J).ldlt().solve(Mat::Identity(m.theta.size(), m.theta.size())) / information;
+      Mat(Mat(at.J.transpose() * at.J).ldlt().solve(Mat(Mat::Identity(m.theta.size(), m.theta.size())))) /
+      information;
   m.std = m.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   m.p = polynomials_of(m.theta, m.orders);
   m.noise = described(density, fit);

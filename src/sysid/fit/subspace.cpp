@@ -49,7 +49,7 @@ struct Decomposed {
 
 /// R₂₃ᵀ R₂₂⁻ᵀ: the future outputs that the past predicts, per entry of w_p; R₂₂ may be singular.
 Mat predicted_by_past(const Hankel& h) {
-  return h.R22().completeOrthogonalDecomposition().solve(h.R23()).transpose();
+  return Mat(Mat(h.R22()).completeOrthogonalDecomposition().solve(Mat(h.R23()))).transpose();
 }
 
 Decomposed decompose(const Hankel& h, const std::string& weighting) {
@@ -185,7 +185,7 @@ Mat kalman_gain(const Mat& A, const Mat& C, const Mat& Q, const Mat& S, const Ma
     if (k % 64 == 0) poll_interrupt();
     const Mat G = A * P * C.transpose() + S;
     const Mat Re = C * P * C.transpose() + R;
-    K = Re.ldlt().solve(G.transpose()).transpose();
+    K = Mat(Re.ldlt().solve(Mat(G.transpose()))).transpose();
     Mat next = A * P * A.transpose() + Q - K * G.transpose();
     next = (0.5 * (next + next.transpose())).eval();
     const double change = (next - P).norm();
@@ -232,7 +232,7 @@ IdModel subspace(const IdData& given, const SubspaceOptions& o) {
   const Mat gamma = part.inverse_left * part.U.leftCols(n) * root.asDiagonal();
   const Index rows = (m.horizon - 1) * p;
   m.C = gamma.topRows(p);
-  m.A = gamma.topRows(rows).colPivHouseholderQr().solve(gamma.bottomRows(rows));
+  m.A = Mat(gamma.topRows(rows)).colPivHouseholderQr().solve(Mat(gamma.bottomRows(rows)));
   const Mat L =
       root.cwiseInverse().asDiagonal() * part.U.leftCols(n).transpose() * part.left * predicted_by_past(h);
   if (exact)

@@ -20,7 +20,7 @@ Vec innovations(Vec u) {
   Mat past(rows, order);
   for (Index k = 0; k < order; ++k) past.col(k) = u.segment(order - 1 - k, rows);
   const Mat gram = past.transpose() * past + 1e-12 * past.squaredNorm() * Mat::Identity(order, order);
-  const Vec e = u.tail(rows) - past * gram.llt().solve(past.transpose() * u.tail(rows));
+  const Vec e = u.tail(rows) - past * Vec(gram.llt().solve(Vec(past.transpose() * u.tail(rows))));
   if (!(e.norm() > 0.05 * u.norm())) return {};
   Vec out = Vec::Zero(u.size());
   out.tail(rows) = e;

@@ -67,7 +67,7 @@ class Filter {
       const Eigen::LLT<Mat> factor(S(there, there));
       const Vec e = (y - out.predicted)(there);
       const Mat C = m_.C(there, Eigen::all);
-      const Mat gain = factor.solve(cross(Eigen::all, there).transpose()).transpose();
+      const Mat gain = Mat(factor.solve(Mat(cross(Eigen::all, there).transpose()))).transpose();
       out.whitened = factor.matrixL().solve(e);
       out.whitened_slope = -factor.matrixL().solve(C * slope_);
       out.log_det = 2 * factor.matrixLLT().diagonal().array().log().sum();

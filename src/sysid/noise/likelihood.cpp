@@ -207,7 +207,7 @@ LikelihoodFit user(const Regression& r, const Density& density) {
   const Objective now = objective(r, f, out.theta);
   const Eigen::LLT<Mat> llt(now.hessian);
   if (llt.info() == Eigen::Success)
-    out.covariance = llt.solve(Mat::Identity(out.theta.size(), out.theta.size()));
+    out.covariance = llt.solve(Mat(Mat::Identity(out.theta.size(), out.theta.size())));
   out.log_likelihood = -now.value;
   return out;
 }

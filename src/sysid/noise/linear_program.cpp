@@ -70,7 +70,7 @@ LinearSolution solve(const LinearProgram& lp) {
     const Index enter = most_violated(s, out.x, out.active);
     if (enter < 0) break;
     // The entering row as a combination of the active ones: those with positive weight may leave.
-    const Vec weight = lu.transpose().solve(s.rows.col(enter));
+    const Vec weight = lu.transpose().solve(Vec(s.rows.col(enter)));
     Index leave = -1;
     double best = infinity;
     for (Index i = 0; i < n; ++i) {
@@ -174,7 +174,7 @@ Vec least_absolute(const Mat& Phi, const Vec& measured, double up, double down) 
     previous = cost;
     const Edge edge = steepest_edge(lu.transpose().solve(g), up, down);
     if (edge.row < 0) break;
-    const Vec direction = -edge.sign * lu.solve(Vec::Unit(n, edge.row));
+    const Vec direction = -edge.sign * Vec(lu.solve(Vec(Vec::Unit(n, edge.row))));
     const Vec change = -(Phi * direction);  // of e per unit step
     crossings.clear();
     for (Index t = 0; t < N; ++t) {

@@ -69,7 +69,7 @@ class DoubleDescription {
   void transform(const FeasibleSet& s, const std::vector<Index>& basis) {
     Mat B(d_, d_);
     for (Index i = 0; i < d_; ++i) B.row(i) = s.Phi.row(basis[i]);
-    Mat rows = B.transpose().partialPivLu().solve(s.Phi.transpose());  // d×N
+    Mat rows = Mat(B.transpose()).partialPivLu().solve(Mat(s.Phi.transpose()));  // d×N
     for (Index i = 0; i < d_; ++i) rows.col(basis[i]) = Vec::Unit(d_, i);
     g_.resize(d_, 2 * s.Phi.rows());
     h_.resize(2 * s.Phi.rows());

@@ -120,11 +120,11 @@ class Evidence {
     const double value = (*this)(groups);
     const Mat P = prior(groups);
     const Mat gain = P * R1_.transpose();
-    out.theta = gain * factor_.solve(R2_);
+    out.theta = gain * Vec(factor_.solve(R2_));
     out.sigma2 = sigma2_;
-    out.covariance = sigma2_ * (P - gain * factor_.solve(gain.transpose()));
+    out.covariance = sigma2_ * (P - gain * Mat(factor_.solve(Mat(gain.transpose()))));
     out.covariance = (0.5 * (out.covariance + out.covariance.transpose())).eval();
-    out.effective = static_cast<double>(n_) - factor_.solve(Mat::Identity(n_, n_)).trace();
+    out.effective = static_cast<double>(n_) - Mat(factor_.solve(Mat(Mat::Identity(n_, n_)))).trace();
     out.sse = rest_ + (R2_ - R1_ * out.theta).squaredNorm();
     out.log_likelihood = -0.5 * (value + rows_ * (1 + std::log(2 * M_PI)));
     return out;

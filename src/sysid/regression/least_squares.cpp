@@ -157,7 +157,7 @@ LeastSquares solve_triangular(const Mat& R, Index rows, double accuracy) {
   out.null_space.resize(d, d - r);
   if (r < d) {  // minimum norm in the units of θ: remove what lies in the null space
     const Mat N = scaling.cwiseInverse().asDiagonal() * svd.matrixV().rightCols(d - r);
-    const Mat Q = Eigen::HouseholderQR<Mat>(N).householderQ() * Mat::Identity(d, d - r);
+    const Mat Q = thin_q(Eigen::HouseholderQR<Mat>(N).householderQ(), d - r);
     const Mat keep = Mat::Identity(d, d) - Q * Q.transpose();
     out.theta = keep * out.theta;
     P = keep * P * keep;

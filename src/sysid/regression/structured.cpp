@@ -277,7 +277,7 @@ LeastSquares solve_structured(const Regressor& regressor) {
                      out.scale.cwiseInverse().asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Mat> spectrum(scaled, Eigen::EigenvaluesOnly);
   if (!(spectrum.eigenvalues()[0] > 1e-8 * spectrum.eigenvalues()[d - 1])) return out;
-  out.inverse = out.scale.cwiseInverse().asDiagonal() * scaled.llt().solve(Mat::Identity(d, d)) *
+  out.inverse = out.scale.cwiseInverse().asDiagonal() * Mat(scaled.llt().solve(Mat(Mat::Identity(d, d)))) *
                 out.scale.cwiseInverse().asDiagonal();
   out.theta = out.inverse * gram.col(d).head(d);
   out.sse = refine(segments, regressor, out.inverse, out.theta);

@@ -1,0 +1,8 @@
+#include "base/decompositions.hpp"
+
+namespace Eigen::internal {
+
+PENDULA_KERNELS(template, double)
+PENDULA_KERNELS(template, std::complex<double>)
+
+}  // namespace Eigen::internal
