@@ -14,7 +14,7 @@
 namespace pendula::dae {
 namespace {
 
-using Residue = generic::Residue;  // with operators; those of dae/rank are plain numbers
+using Remainder = generic::Residue;  // with operators; those of dae/rank are plain numbers
 
 constexpr std::size_t most_products = 240;  // μ Cⱼ with a monomial μ
 constexpr int highest_degree = 3;
@@ -54,8 +54,8 @@ Monomials next_degree(const Monomials& before, const std::vector<Expr>& generato
 
 /// Values of functions at the sampled points, and the combination of given functions that they are.
 struct Sampled {
-  std::vector<Residue> values;
-  std::map<std::size_t, Residue> combination;
+  std::vector<Remainder> values;
+  std::map<std::size_t, Remainder> combination;
 };
 
 /// Independent functions, in echelon form.
@@ -64,7 +64,7 @@ class Span {
   void reduce(Sampled& f) const {
     for (const auto& [column, pivot] : pivots_) {
       if (f.values[column].is_zero()) continue;
-      const Residue factor = f.values[column] / pivot.values[column];
+      const Remainder factor = f.values[column] / pivot.values[column];
       for (std::size_t k = 0; k < f.values.size(); ++k) f.values[k] = f.values[k] - factor * pivot.values[k];
       for (const auto& [i, value] : pivot.combination) f.combination[i] = f.combination[i] - factor * value;
     }
@@ -80,7 +80,7 @@ class Span {
 };
 
 bool is_null(const Sampled& f) {
-  return std::all_of(f.values.begin(), f.values.end(), [](Residue r) { return r.is_zero(); });
+  return std::all_of(f.values.begin(), f.values.end(), [](Remainder r) { return r.is_zero(); });
 }
 
 /// c as a combination of these functions, by their numbers; empty where it is none. c = 0 is not asked.
@@ -96,14 +96,14 @@ std::map<std::size_t, mpq_class> combination(const std::vector<Expr>& functions,
   }
   Span span;
   for (std::size_t i = 0; i < functions.size(); ++i) {
-    sampled[i].combination[i] = Residue{1};
+    sampled[i].combination[i] = Remainder{1};
     span.add(std::move(sampled[i]));
   }
   span.reduce(sampled.back());
   if (!is_null(sampled.back())) return {};
   std::map<std::size_t, mpq_class> multipliers;
   for (const auto& [i, value] : sampled.back().combination) {
-    const auto number = rational_of((Residue{} - value).value);
+    const auto number = rational_of((Remainder{} - value).value);
     if (!number) return {};
     if (*number != 0) multipliers[i] = *number;
   }
