@@ -237,7 +237,8 @@ void IrkStepper::step(double end) {
       reject(dt, error >= 1 ? Rejection::error : Rejection::unsolvable, error);
       continue;
     }
-    if (const double more = std::max(correction_at_end(dt), stiff_error_at_end(dt)); more >= 1) {
+    const double correction = correction_at_end(dt);
+    if (const double more = std::max(correction, stiff_error_at_end(dt)); more >= 1) {
       need_jacobian = !jacobian_.fresh;
       reject(dt, Rejection::error, more);
       continue;

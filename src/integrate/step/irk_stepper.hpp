@@ -130,6 +130,7 @@ class IrkStepper final : public Stepper {
   double error_norm(double dt, bool again);
   double correction_at_end(double dt);
   double stiff_error_at_end(double dt);
+  void release_stiff_error(double dt);
   double damped_error_norm(double dt, bool again);
   double damped_error_norm(NewtonCode& code, bool again);
   void end_step(double dt);

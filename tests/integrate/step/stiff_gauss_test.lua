@@ -30,3 +30,34 @@ test("gauss on a stiff equation that is implicit in x′, and of index 1", funct
     expect(math.abs(sol(y, 5)) <= 100*rtol):equals(true)
   end
 end)
+
+-- Robertson's problem: a ≈ 1/(4.8e-4 t) decays to an equilibrium that grows away on its other side. An
+-- error δ of b, kept from step to step with its sign changing, takes 3e7 δ² of a: with atol = 3e-12 that is
+-- a thousand times a at the end.
+test("gauss does not keep errors below the tolerance that the equations add up", function()
+  local a, b, c = vars "a b c"
+  local model = dae { der(a) ~ -0.04*a + 1e4*b*c, der(b) ~ 0.04*a - 1e4*b*c - 3e7*b^2,
+    der(c) ~ 3e7*b^2 }
+  local start = { a = 1, b = 0, c = 0 }
+  local exact = 2.08334015e-8  -- radau at rtol = 1e-9, and at 1e-11
+  for _, rtol in ipairs { 1e-2, 3.16e-4, 1e-5 } do
+    local sol = model:integrate { start = start, to = 1e11, method = "gauss", rtol = rtol, atol = 1e-8*rtol }
+    expect(sol.status):equals "finished"
+    expect(math.abs(sol(a, 1e11)/exact - 1) < 50*rtol):is_true()
+    expect(sol:stats().steps < 300):is_true()
+    expect(math.abs(sol(a, 1e11) + sol(b, 1e11) + sol(c, 1e11) - 1) < 1e-12):is_true()
+  end
+end)
+
+-- What is not stiff keeps the order of the method: van der Pol's equation, μ = 1000.
+test("gauss gives up stiff errors only", function()
+  local v = var "v"
+  local model = dae { der(x) ~ v, der(v) ~ 1e3*(1 - x^2)*v - x }
+  local start = { x = 2, v = 0 }
+  local exact = model:integrate { start = start, to = 1500, rtol = 1e-11, atol = 1e-13, method = "radau" }
+  for _, rtol in ipairs { 1e-4, 1e-6, 1e-8 } do
+    local sol = model:integrate { start = start, to = 1500, method = "gauss", rtol = rtol, atol = 1e-3*rtol }
+    -- up to 85 times rtol if all of the error moves
+    expect(math.abs(sol(x, 1500) - exact(x, 1500)) < rtol):is_true()
+  end
+end)

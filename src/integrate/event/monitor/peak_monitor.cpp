@@ -38,8 +38,18 @@ const std::vector<Candidate>& candidates(const Problem& problem) {
   const auto add = [&](Expr u, bool divisor) {
     if (!u.is_constant() && seen.insert(u).second) list.push_back({u, total_derivative(u), divisor});
   };
-  for (Expr node : topological(equations->F))
-    if (!node.is_constant() && !node.is_symbol() && node.op() == Op::exp) add(node.operand(0), false);
+  // What happens about v = 0 and is over far from there: u = -v² has its maximum there.
+  const auto add_switch = [&](Expr v) { add(-(v * v), false); };
+  for (Expr node : topological(equations->F)) {
+    if (node.is_constant() || node.is_symbol()) continue;
+    if (node.op() == Op::exp) add(node.operand(0), false);
+    if (node.op() == Op::tanh || node.op() == Op::cosh) add_switch(node.operand(0));
+    const bool inverse = node.op() == Op::div || node.op() == Op::pow;
+    if (!inverse) continue;
+    const Expr divisor = node.operand(node.op() == Op::div ? 1 : 0);  // 1 + eᵛ
+    for (Expr part : topological({&divisor, 1}))
+      if (!part.is_constant() && !part.is_symbol() && part.op() == Op::exp) add_switch(part.operand(0));
+  }
   for (const dae::DomainCondition& c : dae::domain_conditions(equations->F))
     if (c.pole) add(c.factor, true);
   return known.insert(equations, std::move(list), 1000 + equations->F.size());
@@ -124,11 +134,12 @@ bool PeakMonitor::passes_peak(const Point& from, const Point& to) {
   return false;
 }
 
-/// An exponent rises at the first and falls at the second; the size of a divisor the other way round.
+/// An exponent rises at the first and no longer at the second, which may be the top itself; the size of a divisor the
+/// other way round.
 bool PeakMonitor::turns(std::size_t i, const Sample& low, const Sample& behind) const {
   const double side = !is_divisor_[i] ? 1 : low.values[i] > 0 ? -1 : 1;
   const bool same_sign = !is_divisor_[i] || low.values[i] * behind.values[i] > 0;
-  return same_sign && side * low.values[nodes() + i] > 0 && side * behind.values[nodes() + i] < 0;
+  return same_sign && side * low.values[nodes() + i] > 0 && side * behind.values[nodes() + i] <= 0;
 }
 
 /// Bisection for the top, where it is more than e² times as high as the ends of the step: the stages see others.
