@@ -22,8 +22,21 @@ namespace {
 using Values = std::unordered_map<Expr, double>;
 
 constexpr std::size_t most_candidates = 300;
-constexpr double border = 1e-9;     // of the terms of a margin: what counts as 0
+constexpr double border = 1e-9;     // of the terms of a margin: what counts as 0 where values are exact
+constexpr double close = 1e-7;      // of the terms of a condition: where it holds, as well
 constexpr double rounding = 1e-14;  // of the largest term: what a sum may be off by
+
+/// The values as exact ones, then as known to the tolerance of the run that gave them, then as known to its
+/// multiples: errors of steps add up.
+std::vector<Regimes::Accuracy> readings(double rtol) {
+  constexpr double coarsest = 0.03;
+  std::vector<Regimes::Accuracy> list{{border, close, true}};
+  if (rtol <= 0) return list;
+  for (double share : {1.0, 10.0, 100.0})
+    if (const double known = share * rtol; known > border && known <= std::max(coarsest, rtol))
+      list.push_back({known, std::max(close, 3 * known), false});
+  return list;
+}
 
 /// An expression at values; leaves without value (derivatives that nothing asked for) count as 0.
 double value_at(Expr e, Values values) {
@@ -80,7 +93,7 @@ double size_of(Expr e, const Values& values, const Sizes& sizes) {
 }
 
 /// -1, 0, 1: the sign of a margin just after the start.
-int sign_after(Expr margin, const ConsistentState& start, const Jump& jump) {
+int sign_after(Expr margin, const ConsistentState& start, const Jump& jump, double border) {
   constexpr int highest = 4;  // derivative
   double impulse = 0, noise = 0;
   for (const auto& [leaf, size] : jump.impulses) {
@@ -106,8 +119,8 @@ int sign_after(Expr margin, const ConsistentState& start, const Jump& jump) {
   return 0;
 }
 
-/// To rounding. A derivative that nothing determines is not.
-bool is_zero(Expr e, const ConsistentState& start, const Sizes& sizes) {
+/// To a share of its terms. A derivative that nothing determines is not.
+bool is_zero(Expr e, const ConsistentState& start, const Sizes& sizes, double border) {
   try {
     return std::fabs(start(e)) <= border * size_of(e, start.values, sizes);
   } catch (const UserFacing&) {
@@ -123,9 +136,10 @@ std::string answer(const Model& m) {
 /// x⁺ = x⁻ + Δx, with impulses Λ of z.
 class JumpSystem {
  public:
-  /// sizes: of states, what they have been before
-  JumpSystem(const Regime& regime, const FirstOrder& form, Values before, const LeafValues& sizes)
-      : regime_(regime), form_(form), values_(std::move(before)) {
+  /// sizes: of states, what they have been before; close: of the terms, where equations hold
+  JumpSystem(const Regime& regime, const FirstOrder& form, Values before, const LeafValues& sizes,
+             double close)
+      : regime_(regime), form_(form), close_(close), values_(std::move(before)) {
     for (Expr leaf : leaves(form.F)) values_.try_emplace(leaf, 0.0);
     n_ = static_cast<Eigen::Index>(form.x.size());
     m_ = static_cast<Eigen::Index>(form.z.size());
@@ -180,7 +194,7 @@ class JumpSystem {
       if (const double x = start.at(form_.x[i]); std::fabs(x + jump.change[i]) <= 1e-12 * std::fabs(x))
         jump.change[i] = -x;
     for (Eigen::Index i = 0; i < n_; ++i) {
-      jump.jumps = jump.jumps || std::fabs(jump.change[i]) > close * size_[i];
+      jump.jumps = jump.jumps || std::fabs(jump.change[i]) > close_ * size_[i];
       jump.impulses[form_.xdot[i]] = jump.change[i];
       jump.sizes[form_.xdot[i]] = size_[i];
     }
@@ -216,8 +230,8 @@ class JumpSystem {
     const Vec size =
         E_.cwiseAbs() * (size_ + change.cwiseAbs()) + B_.cwiseAbs() * (impulse_size_ + impulse.cwiseAbs());
     for (Eigen::Index i = 0; i < r.size(); ++i)
-      if (!(std::fabs(r[i]) <= close * size[i])) return false;
-    return obeys_conditions(close);
+      if (!(std::fabs(r[i]) <= close_ * size[i])) return false;
+    return obeys_conditions(close_);
   }
   bool obeys_conditions(double share) const {
     const Vec G = residuals();
@@ -240,7 +254,7 @@ class JumpSystem {
 
   const Regime& regime_;
   const FirstOrder& form_;
-  static constexpr double close = 1e-7;
+  double close_;
   Values values_;
   Sizes sizes_;
   Eigen::Index n_ = 0, m_ = 0;
@@ -279,6 +293,15 @@ ConsistentStatePtr consistent(const ModelPtr& model, StartRequest request) {
   }
 }
 
+void raise(LeafValues& sizes, Expr leaf, double least) {
+  const auto at =
+      std::find_if(sizes.begin(), sizes.end(), [&](const auto& known) { return known.first == leaf; });
+  if (at == sizes.end())
+    sizes.emplace_back(leaf, least);
+  else
+    at->second = std::max(at->second, least);
+}
+
 }  // namespace
 
 ModelPtr region_model(const ModelPtr& model, const Region& region) {
@@ -295,14 +318,15 @@ ModelPtr region_model(const ModelPtr& model, const Region& region) {
   return make_model(std::move(blocks), std::move(options));
 }
 
-static std::vector<int> signs_after(const Region& region, const ConsistentState& start, const Jump& jump) {
+static std::vector<int> signs_after(const Region& region, const ConsistentState& start, const Jump& jump,
+                                    double border) {
   std::vector<int> signs;
-  for (Expr margin : region.margins) signs.push_back(sign_after(margin, start, jump));
+  for (Expr margin : region.margins) signs.push_back(sign_after(margin, start, jump, border));
   return signs;
 }
 
 bool stays_in(const Region& region, const ConsistentState& start) {
-  const std::vector<int> signs = signs_after(region, start, {});
+  const std::vector<int> signs = signs_after(region, start, {}, border);
   return std::find(signs.begin(), signs.end(), -1) == signs.end();
 }
 
@@ -354,8 +378,29 @@ const Regime& Regimes::regime(std::uint64_t choice) {
   return known_.emplace(choice, std::move(regime)).first->second;
 }
 
+/// Of each margin: what errors may take from it without leaving the region.
+static std::vector<double> slack_of(const Region& region, const ConsistentState& start,
+                                    const std::vector<int>& signs, const Regimes::Accuracy& accuracy) {
+  std::vector<double> slack;
+  const Sizes sizes = sizes_at(start);
+  const auto is_zero_here = [&](Expr e) { return is_zero(e, start, sizes, accuracy.border); };
+  for (std::size_t k = 0; k < signs.size(); ++k) {
+    const Expr margin = region.margins[k];
+    const double here = std::fabs(value_at(margin, start.values));
+    const double size = size_of(margin, start.values, sizes);
+    if (signs[k] <= 0)
+      slack.push_back(2 * here + accuracy.border * size);
+    else if (is_zero_here(margin) && is_zero_here(total_derivative(margin)))
+      // one that is 0 and grows like t² is rounding, or an error of the run, at first
+      slack.push_back(2 * here + (accuracy.exact ? rounding : accuracy.border) * size);
+    else
+      slack.push_back(0);
+  }
+  return slack;
+}
+
 std::optional<RegimeStart> Regimes::enter_one(const StartRequest& before, std::uint64_t choice,
-                                              std::string& why) {
+                                              const Accuracy& accuracy, std::string& why) {
   const Regime& regime = this->regime(choice);
   const auto refused = [&](const std::string& reason) {
     why += "\n  where " + regime.region.where + ": " + reason;
@@ -363,7 +408,8 @@ std::optional<RegimeStart> Regimes::enter_one(const StartRequest& before, std::u
   };
   if (!regime.model) return refused("the equations are singular");
   const FirstOrder form = first_order(*regime.model);
-  const auto jump = JumpSystem(regime, form, values_before(*regime.model, before), before.sizes).solve();
+  const auto jump =
+      JumpSystem(regime, form, values_before(*regime.model, before), before.sizes, accuracy.close).solve();
   if (!jump) return refused("no impulse that the equations allow leads onto the constraints");
   StartRequest request = before;
   for (auto& [leaf, value] : request.fix)
@@ -371,46 +417,53 @@ std::optional<RegimeStart> Regimes::enter_one(const StartRequest& before, std::u
       value += jump->change[at - form.x.begin()];
   try {
     auto at = std::make_shared<ConsistentState>(*consistent(regime.model, request));
-    std::vector<int> signs = signs_after(regime.region, *at, jump->jumps ? *jump : Jump{});
+    std::vector<int> signs = signs_after(regime.region, *at, jump->jumps ? *jump : Jump{}, accuracy.border);
     const auto leaves = [&] { return std::find(signs.begin(), signs.end(), -1) != signs.end(); };
     if (leaves()) return refused("its solution from these values moves outside this region");
     if (jump->jumps) {
-      signs = signs_after(regime.region, *at, {});
+      signs = signs_after(regime.region, *at, {}, accuracy.border);
       if (leaves()) {  // an impact, and off again
-        auto next = enter(request, choice, choice, why);
+        auto next = enter_within(request, choice, choice, accuracy, why);
         if (next) next->jumps = true;
         return next;
       }
     }
-    std::vector<double> slack;
-    const Sizes sizes = sizes_at(*at);
-    for (std::size_t k = 0; k < signs.size(); ++k) {
-      const Expr margin = regime.region.margins[k];
-      const double here = std::fabs(value_at(margin, at->values));
-      const double size = size_of(margin, at->values, sizes);
-      if (signs[k] > 0)  // one that is 0 and grows like t² is rounding at first
-        slack.push_back(is_zero(margin, *at, sizes) && is_zero(total_derivative(margin), *at, sizes)
-                            ? 2 * here + rounding * size
-                            : 0.0);
-      else
-        slack.push_back(2 * here + border * size);
-    }
-    return RegimeStart{&regime, at, jump->jumps, slack};
+    return RegimeStart{&regime, at, jump->jumps, slack_of(regime.region, *at, signs, accuracy)};
   } catch (const UserFacing& e) {
     return refused(e.what());
   }
 }
 
-std::optional<RegimeStart> Regimes::enter(const StartRequest& request, std::uint64_t near,
-                                          std::optional<std::uint64_t> without, std::string& why) {
+std::optional<RegimeStart> Regimes::enter_within(const StartRequest& request, std::uint64_t near,
+                                                 std::optional<std::uint64_t> without,
+                                                 const Accuracy& accuracy, std::string& why) {
   const std::uint64_t all = std::uint64_t{1} << choices_.size();
+  const int most = static_cast<int>(choices_.size());
   std::size_t tried = 0;
-  for (int flips = 0; flips <= static_cast<int>(choices_.size()); ++flips)
+  for (int k = 0; k <= most; ++k) {
+    const int flips = accuracy.exact ? k : (k + 1) % (most + 1);  // what was near is known to end here
     for (std::uint64_t mask = 0; mask < all; ++mask) {
       if (std::popcount(mask) != flips || (without && (near ^ mask) == *without)) continue;
       if (++tried > most_candidates) return {};
-      if (auto found = enter_one(request, near ^ mask, why)) return found;
+      if (auto found = enter_one(request, near ^ mask, accuracy, why)) return found;
     }
+  }
+  return {};
+}
+
+std::optional<RegimeStart> Regimes::enter(const StartRequest& request, std::uint64_t near,
+                                          std::optional<std::uint64_t> without, std::string& why,
+                                          const Tolerance& tolerance) {
+  StartRequest measured = request;
+  for (const Accuracy& accuracy : readings(tolerance.rtol)) {
+    if (accuracy.exact) {
+      if (auto found = enter_within(request, near, without, accuracy, why)) return found;
+      for (const auto& [leaf, least] : tolerance.least) raise(measured.sizes, leaf, least);
+      continue;
+    }
+    std::string unused;
+    if (auto found = enter_within(measured, near, without, accuracy, unused)) return found;
+  }
   return {};
 }
 

@@ -53,14 +53,31 @@ class Regimes {
     return choices_.active(values);
   }
 
+  /// How well a run knows its values: |error| ≤ rtol max(|value|, least) in each step. 0: they are exact.
+  struct Tolerance {
+    double rtol = 0;
+    LeafValues least;
+  };
+  /// What counts as 0, of the terms: of a margin, of a condition.
+  struct Accuracy {
+    double border, close;
+    bool exact;
+  };
+
   /// The consistent regime with the fewest other sides than `near`, from states before (request.fix; z as
   /// guesses; request.sizes). without: a regime that is not to be taken. why: what was wrong with those that
-  /// were tried.
+  /// were tried. Where no regime is consistent with the values as they are, those within their tolerance of a
+  /// border count as on it.
   std::optional<RegimeStart> enter(const StartRequest& request, std::uint64_t near,
-                                   std::optional<std::uint64_t> without, std::string& why);
+                                   std::optional<std::uint64_t> without, std::string& why,
+                                   const Tolerance& tolerance);
 
  private:
-  std::optional<RegimeStart> enter_one(const StartRequest& request, std::uint64_t choice, std::string& why);
+  std::optional<RegimeStart> enter_one(const StartRequest& request, std::uint64_t choice,
+                                       const Accuracy& accuracy, std::string& why);
+  std::optional<RegimeStart> enter_within(const StartRequest& request, std::uint64_t near,
+                                          std::optional<std::uint64_t> without, const Accuracy& accuracy,
+                                          std::string& why);
 
   ModelPtr model_;
   Choices choices_;

@@ -29,7 +29,7 @@ class RegimeRun {
     for (const auto& list : {model_->states(), model_->top_derivatives(), model_->algebraic()})
       for (Expr leaf : list)
         if (const auto value = simulation_.start->value_for(*model_, leaf)) values_[leaf] = *value;
-    auto next = regimes_.enter(request(), regimes_.active(simulation_.start->values), {}, why);
+    auto next = regimes_.enter(request(), regimes_.active(simulation_.start->values), {}, why, {});
     if (!next)
       throw Error(text("at the start, t = ", rounded(t_, 6),
                        ", no regime of this piecewise model goes on from ", "these values.", why));
@@ -43,7 +43,8 @@ class RegimeRun {
       const double interval = simulation_.plan.to - simulation_.plan.from;
       const bool accumulates = zeno_.add(t_, whole_.stats().steps, interval) || stuck;
       if (accumulates) zeno_ = {};
-      next = regimes_.enter(request(), here, accumulates ? std::optional(here) : std::nullopt, why);
+      next =
+          regimes_.enter(request(), here, accumulates ? std::optional(here) : std::nullopt, why, tolerance());
       if (!next && !stuck)
         outcome = stopped_at(t_, "no regime of this piecewise model goes on from here." + why);
     }
@@ -137,6 +138,25 @@ class RegimeRun {
       for (Expr leaf : list)
         if (const auto value = at->value_for(*form, leaf)) there->values[leaf] = *value;
     return there;
+  }
+
+  /// Of the values that a piece ends with: the largest rtol, and the sizes below which atol is what counts.
+  dae::Regimes::Tolerance tolerance() const {
+    const ToleranceRequest &relative = simulation_.rtol, &absolute = simulation_.atol;
+    dae::Regimes::Tolerance known{relative.all.value_or(1e-6), {}};
+    const double usual = absolute.all.value_or(1e-3 * known.rtol);
+    for (const auto& [leaf, value] : relative.some) known.rtol = std::max(known.rtol, value);
+    for (double value : relative.list) known.rtol = std::max(known.rtol, value);
+    if (known.rtol <= 0) return {};
+    for (const auto& list : {model_->states(), model_->algebraic()})
+      for (Expr leaf : list) {
+        const std::size_t i = known.least.size();
+        double atol = i < absolute.list.size() ? absolute.list[i] : usual;
+        for (const auto& [some, value] : absolute.some)
+          if (dae::resolve(*model_, some) == leaf) atol = value;
+        known.least.emplace_back(leaf, atol / known.rtol);
+      }
+    return known;
   }
 
   dae::ModelPtr model_;

@@ -288,3 +288,91 @@ test("roots of what changes its sign, beside a contact that changes the index", 
   local said = ball:integrate { start = { [x] = 1, [v] = 0, [y] = 1 }, to = 3 } :stats().not_unique
   expect(said):matches "√|y_root| has an infinite slope"
 end)
+
+local every_method = { "auto", "radau", "bdf", "rodas", "gauss", "dopri5", "dop853" }
+
+local function tolerances(from, to, count)
+  local list = {}
+  for k = 0, count - 1 do list[#list + 1] = from*(to/from)^(k/(count - 1)) end
+  return list
+end
+
+test("a diode opens where its current ends, known to the tolerance of the run", function()
+  -- at the peak of the source: a = sin t until π/2, then 1
+  for _, size in ipairs { 1, 1e3, 1e-3 } do
+    local detector = dae { der(x) ~ i, 0 ~ min(i, x - size*sin(t)) }
+    for _, method in ipairs(every_method) do
+      for _, rtol in ipairs(tolerances(1e-3, 1e-9, size == 1 and 22 or 5)) do
+        local sol = detector:integrate { start = { x = 0 }, to = 7, rtol = rtol, atol = 1e-3*rtol*size,
+          method = method }
+        local run = method .. " " .. rtol .. " "
+        expect(run .. sol.status):equals(run .. "finished")
+        expect({ sol(x, 1)/size, sol(x, 3)/size, sol:final(x)/size }):near({ math.sin(1), 1, 1 }, 50*rtol)
+        expect(regimes(sol)[2]):near(math.pi/2, 20*math.sqrt(rtol))
+      end
+    end
+  end
+end)
+
+test("a voltage doubler at many tolerances", function()
+  local doubler = dae { der(x) ~ i - u, der(y) ~ u - y/5, 0 ~ min(i, x - 5*sin(5*t)),
+    0 ~ min(u, y + 5*sin(5*t) - x) }
+  local start = { x = 0, y = 0 }
+  local exact = doubler:integrate { start = start, to = 4, rtol = 1e-11, atol = 1e-13, method = "radau" }
+  expect(exact.status):equals "finished"
+  for _, method in ipairs { "auto", "radau", "bdf", "rodas" } do
+    for _, rtol in ipairs(tolerances(1e-4, 1e-8, 5)) do
+      local sol = doubler:integrate { start = start, to = 4, rtol = rtol, method = method }
+      expect(method .. rtol .. sol.status):equals(method .. rtol .. "finished")
+      expect({ sol:final(x), sol:final(y) }):near({ exact:final(x), exact:final(y) }, 500*rtol)
+    end
+  end
+end)
+
+test("a string between two free bodies becomes taut", function()
+  -- y falls from x by 1, then both go on with the mean of their speeds
+  for _, size in ipairs { 1, 1e3, 1e-3 } do
+    local string = dae { der(x) ~ v, der(v) ~ la, der(y) ~ w, der(w) ~ size - la, 0 ~ min(la, size + x - y) }
+    for _, method in ipairs(every_method) do
+      for _, rtol in ipairs { 1e-4, 1e-6, 1e-8 } do
+        local sol = string:integrate { start = { x = 0, v = 0, y = 0, w = 0 }, to = 3, rtol = rtol,
+          atol = 1e-3*rtol*size, method = method }
+        local run = method .. " " .. rtol .. " "
+        expect(run .. sol.status):equals(run .. "finished")
+        expect(regimes(sol)[2]):near(math.sqrt(2), 50*rtol)
+        local final = { sol:final(v)/size, sol:final(w)/size, sol:final(la)/size }
+        expect(final):near({ 1.5, 1.5, 0.5 }, 100*rtol)
+      end
+    end
+  end
+end)
+
+test("bodies leave where gap, its slope and its curvature vanish", function()
+  -- a floor that lifts, until sin 3t = 1/2.7; a ball on a circle: no gap is negative beyond the tolerance
+  local floor = dae { der(x) ~ v, der(v) ~ -1 + la, 0 ~ min(x - 0.3*sin(3*t), la) }
+  local circle = dae { der(x) ~ v, der(y) ~ w, der(v) ~ 2*la*x, der(w) ~ -9.81 + 2*la*y,
+    0 ~ min(la, x^2 + y^2 - 1) }
+  for _, method in ipairs { "auto", "radau", "bdf", "rodas" } do
+    for _, rtol in ipairs(tolerances(1e-3, 1e-8, 6)) do
+      local run = method .. " " .. rtol .. " "
+      local up = floor:integrate { start = { x = 0, v = 0.9 }, to = 6, rtol = rtol, method = method }
+      expect(run .. up.status):equals(run .. "finished")
+      local off = circle:integrate { start = { x = 0.1, y = 1.2, v = 0.5, w = 0 }, to = 1, rtol = rtol,
+        method = method }
+      expect(run .. off.status):equals(run .. "finished")
+      for k = 0, 100 do
+        expect(up(x - 0.3*sin(3*t), 0.06*k) > -100*rtol):equals(true)
+        expect(off(x^2 + y^2 - 1, 0.01*k) > -100*rtol):equals(true)
+      end
+    end
+  end
+end)
+
+test("no tolerance makes a solution where there is none", function()
+  -- x would have to stop at 1 while x′ = 1: u ≥ 0 only drives it on
+  local driven = dae { der(x) ~ 1 + u, 0 ~ min(u, 1 - x) }
+  for _, rtol in ipairs { 1e-2, 1e-3, 1e-6, 1e-9 } do
+    local sol = driven:integrate { start = { x = 0 }, to = 2, rtol = rtol }
+    expect(sol.status):matches "stopped at t = 1: no regime of this piecewise model goes on"
+  end
+end)
