@@ -48,6 +48,7 @@ StepRules::StepRules(const Tableau& rk) : stability_limit(negative_limit(rk)), f
   exponent = 1.0 / control_order - 0.75 * beta;
   slowest = control_order < 7 ? 0.2 : 1.0 / 3;
   fastest = control_order < 7 ? 10 : 6;
+  settled_fastest = rk.bhat2() ? 3 : fastest;
   for (int i = rk.stages() - 1 - (fsal ? 1 : 0); i > 0 && stiff_stage < 0; --i)
     if (rk.c()[i] == 1) stiff_stage = i;
   // Half an oscillation in a step is as much as any method resolves; solutions that are not linear reach up to six

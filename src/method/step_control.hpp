@@ -14,7 +14,10 @@ struct StepRules {
   int control_order;        ///< of the error estimate
   double beta, exponent;    ///< dt ← dt · 0.9 · err_old^β / err^exponent
   double slowest, fastest;  ///< between these factors
-  double stability_limit;   ///< the largest y with |R(-y')| ≤ 1 for all 0 ≤ y' ≤ y
+  /// The latter behind the first step. A quotient of two estimates, as DOP853's, vanishes by chance more often than one;
+  /// the step that follows is then so many times longer, and its error the power of it where that happens again.
+  double settled_fastest;
+  double stability_limit;  ///< the largest y with |R(-y')| ≤ 1 for all 0 ≤ y' ≤ y
   bool fsal;
   int stiff_stage = -1;  ///< g, a second stage at the end of the step, or -1
   double resolution =

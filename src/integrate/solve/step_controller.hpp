@@ -128,7 +128,7 @@ class StepController {
     const Number log_error = logarithm(error);
     const Number exponent = rules_.exponent * log_error;
     const Number growth = exponential(rules_.beta > 0 ? exponent - s.damping : exponent) * (1 / safety);
-    const Number factor = lesser(greater(growth, 1 / rules_.fastest), 1 / rules_.slowest);
+    const Number factor = lesser(greater(growth, least_factor(s)), 1 / rules_.slowest);
     const Number proposed = dt / factor;
     const Number kept = choose(0.0 < s.repeated, lesser(proposed, dt), proposed);
     s.since_rejection = s.since_rejection + 1.0;
@@ -212,10 +212,17 @@ class StepController {
   static constexpr double safety = 0.9, least_error = 1e-4, calm_enough = 6;
   /// Accepted steps until a new try beyond the ceiling is worth a rejection.
   static constexpr double soon = 60;
+  static constexpr double first_steps = 1;  ///< they begin cautiously, and may grow by rules_.fastest
   // In large models rejections again and again at one step size are enough of a sign; in small ones accuracy does
   // the same and costs nothing.
   static constexpr int many_unknowns = 200;
   static constexpr double again = 12, enough_alike = 8;
+
+  Number least_factor(const State& s) const {
+    const Number usual = 1 / rules_.settled_fastest;
+    if (rules_.settled_fastest == rules_.fastest) return usual;
+    return choose(s.accepted < first_steps, 1 / rules_.fastest, usual);
+  }
 
   StepRules rules_;
   double unknowns_;
