@@ -144,6 +144,15 @@ TEST_CASE("roots cancel: a derivative has a value where its base is 0, if the fu
   CHECK_FALSE(std::isfinite(value(partial(sqrt(m), a), {{a, 0.0}})));  // vertical there
 }
 
+TEST_CASE("a branch of min or max that is not chosen has no slope, even where the other factor is infinite") {
+  const Point at = {{a, -0.5}, {b, 0.7}};
+  for (Expr f : {sqrt(max(a, Expr(0))), b * sqrt(max(Expr(0), a)), asin(min(Expr(1), b - 2 * a)),
+                 sqrt(max(a, Expr(0)) + max(a + a, Expr(0)))}) {
+    CHECK(value(gradient(f, {&a, 1})[0], at) == 0);
+    CHECK(value(partial(f, a), at) == 0);
+  }
+}
+
 TEST_CASE("total derivatives follow the chain rule") {
   const Expr x = symbol(Kind::variable, "dx"), m = symbol(Kind::parameter, "dm"), t = time_symbol();
   CHECK(total_derivative(x) == derivative_leaf(x));

@@ -17,11 +17,52 @@ bool moves_with_time(const Symbol& s) { return s.kind == Kind::variable || s.kin
 
 bool has_roots(const std::vector<Expr>& nodes) { return std::any_of(nodes.begin(), nodes.end(), is_root); }
 
-/// Products of the chain rule.
+/// A branch of 0 and one of 1: the derivatives of min and max.
+bool is_choice(Expr e) {
+  return e.op() == Op::ifelse && e.operand(1).is_constant() && e.operand(2).is_constant();
+}
+
+/// Products of the chain rule. What is not chosen contributes 0, even where the other factor is infinite: √max(0, x) is 0
+/// for x < 0, not ∞·0.
 struct Times {
   bool roots;  ///< which may cancel
-  Expr operator()(Expr a, Expr b) const { return roots ? cancelled_product(a, b) : a * b; }
+  Expr operator()(Expr a, Expr b) const {
+    if (is_choice(a)) return chosen(a, b);
+    if (is_choice(b)) return chosen(b, a);
+    return roots ? cancelled_product(a, b) : a * b;
+  }
+
+ private:
+  static Expr chosen(Expr choice, Expr factor) {
+    return ifelse(choice.operand(0), choice.operand(1) * factor, choice.operand(2) * factor);
+  }
 };
+
+/// A branch of 0, or a sum with branches.
+bool has_choice(Expr e) {
+  if (e.op() == Op::ifelse) return e.operand(1).is_zero() || e.operand(2).is_zero();
+  if (e.op() != Op::add) return false;
+  const auto parts = e.operands();
+  return std::any_of(parts.begin(), parts.end(), [](Expr part) { return part.op() == Op::ifelse; });
+}
+
+/// weight·factor with the choice of a branch outermost: a branch that is not chosen contributes 0, even where
+/// its derivative is infinite or not a number. `depth`: sums of long chains of choices are left as they are.
+Expr scaled(Expr weight, Expr factor, const Times& times, int depth = 0) {
+  constexpr int deepest = 20;
+  if (weight.is_symbol() || weight.is_constant() || depth > deepest) return times(weight, factor);
+  const auto inner = [&](Expr part) {
+    return part.is_zero() ? part : scaled(part, factor, times, depth + 1);
+  };
+  if (!has_choice(weight)) return times(weight, factor);
+  if (weight.op() == Op::ifelse)
+    return ifelse(weight.operand(0), inner(weight.operand(1)), inner(weight.operand(2)));
+  const auto parts = weight.operands();
+  const std::vector<Expr> list(parts.begin(), parts.end());  // new nodes may move the graph's memory
+  Expr sum = 0;
+  for (Expr part : list) sum += inner(part);
+  return sum;
+}
 
 /// Forward sweep: d e where `seed` gives the derivative of a leaf.
 template <class Seed>
@@ -47,37 +88,14 @@ Expr tangent(Expr e, const Seed& seed) {
       const auto operands = node.operands();
       for (std::size_t i = 0; i < operands.size(); ++i) {
         const Expr di = d[operands[i]];
-        if (!di.is_zero()) sum += times(local_derivative(node, static_cast<int>(i)), di);
+        if (di.is_zero()) continue;
+        const Expr slope = local_derivative(node, static_cast<int>(i));
+        sum += has_choice(di) ? scaled(di, slope, times) : times(slope, di);
       }
     }
     d[node] = sum;
   }
   return d[e];
-}
-
-/// weight·factor with the choice of a branch outermost: a branch that is not chosen contributes 0, even where
-/// its derivative is infinite or not a number. `depth`: sums of long chains of choices are left as they are.
-Expr scaled(Expr weight, Expr factor, const Times& times, int depth = 0) {
-  constexpr int deepest = 20;
-  if (weight.is_symbol() || weight.is_constant() || depth > deepest) return times(weight, factor);
-  const auto inner = [&](Expr part) {
-    return part.is_zero() ? part : scaled(part, factor, times, depth + 1);
-  };
-  if (weight.op() == Op::ifelse && (weight.operand(1).is_zero() || weight.operand(2).is_zero()))
-    return ifelse(weight.operand(0), inner(weight.operand(1)), inner(weight.operand(2)));
-  if (weight.op() == Op::add) {
-    const auto parts = weight.operands();
-    const bool chosen = std::any_of(parts.begin(), parts.end(), [](Expr part) {
-      return !part.is_symbol() && !part.is_constant() && part.op() == Op::ifelse;
-    });
-    if (chosen) {
-      const std::vector<Expr> list(parts.begin(), parts.end());  // new nodes may move the graph's memory
-      Expr sum = 0;
-      for (Expr part : list) sum += inner(part);
-      return sum;
-    }
-  }
-  return times(weight, factor);
 }
 
 /// Reverse sweep: calls found(leaf, adjoint) for every leaf among `wanted` that e depends on. Nodes without

@@ -112,7 +112,7 @@ class ArrayRun {
       if (!next) break;
       watches_ = true;
       const bool creeps = has_rows_of(**next, *model) && done.t().back() - from < barely * length();
-      if (broke && (*next == model || creeps)) break;
+      if (broke && creeps) break;
       if (*next != model) tell_states(*model, simulation_.plan.from, **next, done.t().back());
       model = *next;
     }

@@ -223,7 +223,7 @@ void IrkStepper::step(double end) {
       // fro in steps of any size, with those behind the kink it converges.
       constexpr int shortened = 3;
       ++iteration_.failures;
-      behind_kink = iteration_.failures >= shortened && !behind_kink;
+      behind_kink = outcome == Newton::slow && iteration_.failures >= shortened && !behind_kink;
       need_jacobian = !jacobian_.fresh || iteration_.failures >= shortened;
       reject(dt, outcome == Newton::slow ? Rejection::slow : Rejection::unsolvable);
       continue;

@@ -84,6 +84,8 @@ model("a Hertz contact", { der(x) ~ v, der(v) ~ -1 + 500*max(0, -x)^1.5 }, { [x]
 model("a Hertz contact with losses, its power as a product",
   { der(x) ~ v, der(v) ~ -1 + 500*max(0, -x)*sqrt(max(0, -x))*(1 - 0.3*v) }, { [x] = 0.3, [v] = 0 }, 6)
 model("an outflow that saturates", { der(x) ~ 2*sin(t) - max(0, x)/(1 + sqrt(max(0, x))) }, { [x] = -0.5 }, 8)
+model("a weir behind a pump", { 1e-2*der(y) ~ 0.5 - y, der(x) ~ y - 0.4*sqrt(max(0, x - 0.5)) - 0.1*x },
+  { [x] = -0.3, [y] = 0 }, 9)
 model("a body at rest on a floor", { der(x) ~ v, der(v) ~ -1 + 100*max(0, -x) - 5*v },
   { [x] = 0.1, [v] = 0 }, 6)
 model("a gap on both sides", { der(x) ~ v, der(v) ~ cos(t) - 200*(max(0, x - 0.1) + min(0, x + 0.1)) },
