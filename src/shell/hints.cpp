@@ -211,7 +211,7 @@ std::string_view by_message(std::string_view source, std::string_view error,
   if (lua::contains(error, "'}' expected") && value_follows(error))
     return "the entries of a list are separated by commas, and } closes it: { 1, 2 }";
   if (lua::contains(error, "')' expected") && value_follows(error))
-    return "arguments are separated by commas, a product is written a*b";
+    return "arguments are separated by commas, a product is written a*b, and ) closes a call";
   if (lua::contains(error, "']' expected near ','")) return "an entry of a matrix is A(1, 2), a row A[1]";
   if (lua::contains(error, "'then' expected")) return "a condition is written if … then … end";
   if (lua::contains(error, "'do' expected"))

@@ -29,27 +29,30 @@ Factor factor_of(Expr e) {
   return inner;
 }
 
-/// The factors of a product, from left to right; of a very long one the first ones and the rest.
-void collect(Expr e, bool inverse, std::vector<Factor>& found) {
-  constexpr std::size_t most = 100;
-  const bool quotient = e.op() == Op::div;
-  if (e.op() == Op::neg) {
-    found.push_back({-1, 1});
-    return collect(e.operand(0), inverse, found);
-  }
-  if ((e.op() == Op::mul || quotient) && found.size() < most) {
-    const Expr a = e.operand(0), b = e.operand(1);
-    collect(a, inverse, found);
-    collect(b, inverse != quotient, found);
-    return;
-  }
-  found.push_back(factor_of(e));
-  if (inverse) found.back().exponent = -found.back().exponent;
-}
-
+/// The factors of a product, from left to right; what a very long one has beyond the last ones stays one factor.
 std::vector<Factor> factors_of(Expr e) {
+  constexpr std::size_t most = 100;
+  struct Open {
+    Expr e;
+    bool inverse;
+  };
   std::vector<Factor> found;
-  collect(e, false, found);
+  std::vector<Open> open{{e, false}};
+  while (!open.empty()) {
+    const auto [part, inverse] = open.back();
+    open.pop_back();
+    const bool quotient = part.op() == Op::div, divisible = found.size() + open.size() < most;
+    if (divisible && part.op() == Op::neg) {
+      found.push_back({-1, 1});
+      open.push_back({part.operand(0), inverse});
+    } else if (divisible && (quotient || part.op() == Op::mul)) {
+      open.push_back({part.operand(1), inverse != quotient});
+      open.push_back({part.operand(0), inverse});
+    } else {
+      found.push_back(factor_of(part));
+      if (inverse) found.back().exponent = -found.back().exponent;
+    }
+  }
   return found;
 }
 

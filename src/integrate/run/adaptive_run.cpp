@@ -62,7 +62,7 @@ class AdaptiveRun {
     state_.writer.begin(first_);
     monitors_.start(first_);
     domain_.start(first_);
-    peaks_.restart(first_);
+    peaks_.restart(state_.problem, first_);
     ended_ = events_.settle();
   }
 
@@ -85,8 +85,11 @@ class AdaptiveRun {
     const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
     modes_.report();
     state_.solution->set_rounding(rounding_.remark(*state_.problem, stepper().here()));
-    if (outcome.ending == Ending::stopped && plan().ways_on)
-      outcome.message += plan().ways_on(point_near(outcome.t), names_factor(outcome.message));
+    try {
+      if (outcome.ending == Ending::stopped && plan().ways_on)
+        outcome.message += plan().ways_on(point_near(outcome.t), names_factor(outcome.message));
+    } catch (const Interrupted&) {  // the solution up to here is kept, without them
+    }
     state_.solution->finish(std::move(outcome), state_.stats(), seconds);
   }
 
@@ -102,12 +105,12 @@ class AdaptiveRun {
     step();
     if (!plan().monitored_inputs.empty() && repeated_up_to_jump()) return;
     if (has_passed_pole(outcome)) return;
-    if (peaks_.missed(stepper().before(), stepper().here())) {
-      if (events_.repeated_shorter()) return;
-      peaks_.restart(stepper().here());
+    if (peaks_.missed(state_.problem, stepper().before(), stepper().here())) {
+      if (events_.repeated_shorter()) return restart_monitors();
+      peaks_.restart(state_.problem, stepper().here());
     }
     state_.view_step();
-    if (modes_.has_missed_excursion() && events_.repeated_shorter()) return;
+    if (modes_.has_missed_excursion() && events_.repeated_shorter()) return restart_monitors();
     if (events_.after_step(outcome)) return restart_monitors();
     state_.keep(stepper().here(), false);
     if (!stepper().is_explicit() && rounding_.wants(state_.stats().steps))
@@ -130,7 +133,7 @@ class AdaptiveRun {
 
   void restart_monitors() {
     domain_.restart(stepper().here());
-    peaks_.restart(stepper().here());
+    peaks_.restart(state_.problem, stepper().here());
   }
 
   /// Where a step fails with frozen branches, it may succeed with the branches as they are written: a frozen

@@ -252,10 +252,10 @@ bool is_diffusion(Problem& problem, const Rates& rates, const Point& at) {
   if (rates.fastest > real * rates.damped || rates.growing > shrinking * rates.damped) return false;
   const int n = problem.n();
   problem.place(at.t, at.x.data(), at.xdot.data(), at.z.data());
+  const std::vector<double>& values = problem.jacobian();
   std::vector<Eigen::Triplet<double>> entries;
   for (std::size_t k = 0; k < problem.pattern().size(); ++k)
-    if (const auto e = problem.pattern()[k]; e.column < n)
-      entries.emplace_back(e.row, e.column, problem.jacobian()[k]);
+    if (const auto e = problem.pattern()[k]; e.column < n) entries.emplace_back(e.row, e.column, values[k]);
   Eigen::SparseMatrix<double> J(n, n);
   J.setFromTriplets(entries.begin(), entries.end());
   const Eigen::SparseMatrix<double> transposed = J.transpose();

@@ -365,7 +365,7 @@ bool is_pole(const Solution& solution, const Point& end) {
 
 std::string ways_on_text(const dae::ModelPtr& model, const Simulation& simulation, const Solution& solution,
                          const Point& point, bool here) {
-  if (is_explicit(*model) || is_pole(solution, point)) return "";
+  if (solution.size() == 0 || is_explicit(*model) || is_pole(solution, point)) return "";
   Approach approach(*model, solution.problem(), simulation);
   std::vector<dae::WayOn> ways;
   std::string where = "there";

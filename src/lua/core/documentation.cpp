@@ -251,8 +251,10 @@ int checked_table(lua_State* L) {
     rows.push_back({name.c_str(), type.c_str(), "", meaning.c_str(), values.c_str()});
   try {
     check_options(L, 2, rows);
-    for (const OptionRow& row : rows)
+    for (const OptionRow& row : rows) {  // some functions have more of them than Lua's stack has free places
       if (lua_getfield(L, 2, row.name) == LUA_TSTRING) check_word(row, lua_tostring(L, -1));
+      lua_pop(L, 1);
+    }
   } catch (const Error& e) {
     throw Error(text(by, ": ", e.what()));
   }

@@ -117,7 +117,6 @@ void refuse_more_arguments(lua_State* L, std::string_view name, std::string_view
 
 int guard(lua_State* L, int (*body)(lua_State*)) {
   try {
-    lua_checkstack(L, 100);  // Lua gives 20; the handler of a stack overflow has to do with those
     return body(L);
   } catch (const std::exception&) {
     push_exception(L, "");

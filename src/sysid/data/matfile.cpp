@@ -117,11 +117,12 @@ Shape shape_of(const matvar_t& v) {
   return shape;
 }
 
+constexpr std::size_t most_full_entries = 10'000'000;  // of a sparse matrix that is made full
+
 /// Compressed columns (jc: where each begins, ir: the rows of its entries) as a full array. Nothing in the file
 /// is trusted.
 std::vector<double> from_sparse(const matvar_t& v, Shape shape) {
-  constexpr std::size_t most_entries = 10'000'000;
-  if (shape.size() > most_entries)
+  if (shape.size() > most_full_entries)
     throw Error(text("a sparse ", shape.rows, "×", shape.cols, " matrix is too large to be data"));
   const auto& sparse = *static_cast<const mat_sparse_t*>(v.data);
   const auto damaged = [] { return Error("the indices of a sparse matrix are damaged"); };
@@ -245,7 +246,8 @@ int counted(mat_t* file, std::uintmax_t bytes) {
 
 NamedMatrices read_here(const std::string& path, std::uintmax_t bytes) {
   // int8 that become doubles, twice, and as much again for what libmatio keeps; beside that, its buffers
-  constexpr std::uintmax_t copies = 32, buffers = std::uintmax_t{64} << 20;
+  constexpr std::uintmax_t copies = 32,
+                           buffers = (std::uintmax_t{64} << 20) + 2 * sizeof(double) * most_full_entries;
   const MemoryLimit limit(copies * bytes + buffers);
   const File file(MATIO(Mat_Open)(path.c_str(), MAT_ACC_RDONLY), MATIO(Mat_Close));
   if (!file) throw Error("it cannot be opened as a MATLAB file");

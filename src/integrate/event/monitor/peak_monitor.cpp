@@ -70,7 +70,15 @@ PeakMonitor::PeakMonitor(const Problem& problem, const Tolerances& tolerances, b
   if (values.empty()) return;
   values.insert(values.end(), slopes.begin(), slopes.end());
   kernel_ = codegen::Kernel(values, problem.arguments());
-  problem_ = std::make_shared<Problem>(problem);
+}
+
+/// Branches and parameters of the run change along its way.
+void PeakMonitor::follow(const ProblemPtr& problem) {
+  if (original_ == problem && version_ == problem->version()) return;
+  original_ = problem;
+  version_ = problem->version();
+  problem_ = std::make_shared<Problem>(*problem);
+  rhs_.reset();
 }
 
 void PeakMonitor::evaluate(const Point& point, Values& out) {
@@ -87,12 +95,15 @@ void PeakMonitor::look(const Point& from, const Point& to, double share, Values&
   for (std::size_t i = nodes(); i < out.size(); ++i) out[i] *= to.t - from.t;
 }
 
-void PeakMonitor::restart(const Point& point) {
-  if (nodes() > 0) evaluate(point, last_);
+void PeakMonitor::restart(const ProblemPtr& problem, const Point& point) {
+  if (nodes() == 0) return;
+  follow(problem);
+  evaluate(point, last_);
 }
 
-bool PeakMonitor::missed(const Point& from, const Point& to) {
+bool PeakMonitor::missed(const ProblemPtr& problem, const Point& from, const Point& to) {
   if (nodes() == 0) return false;
+  follow(problem);
   constexpr long few = 20;
   evaluate(to, next_);
   ++steps_;

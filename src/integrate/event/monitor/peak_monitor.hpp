@@ -22,13 +22,14 @@ class PeakMonitor {
   /// evaluation of them and their derivatives; nine where they vary fast; nothing where there are none.
   PeakMonitor(const Problem& problem, const Tolerances& tolerances, bool wanted);
 
-  /// The run begins at a point, or has jumped to it.
-  void restart(const Point& point);
+  /// The run begins at a point, or has jumped to it. problem: with its branches, as it is integrated now.
+  void restart(const ProblemPtr& problem, const Point& point);
   /// After every accepted step: has it jumped over a peak that would move the solution by more than its tolerance?
   /// Then it has to be made again in shorter ones. Cost: where there is one, some 30 evaluations of exponents and two of x′.
-  bool missed(const Point& from, const Point& to);
+  bool missed(const ProblemPtr& problem, const Point& from, const Point& to);
 
  private:
+  void follow(const ProblemPtr& problem);
   using Values = std::vector<double>;  ///< u of all nodes, then their slopes
   struct Sample {
     double share = 0;
@@ -51,6 +52,8 @@ class PeakMonitor {
   bool matters(const Peak& peak, const Point& from, const Point& to);
   bool defect(const Point& from, const Point& to, double share, Vec& out);
 
+  ProblemPtr original_;  ///< that of the run
+  unsigned version_ = 0;
   ProblemPtr problem_;  ///< a copy: run and monitor place different points
   Tolerances tolerances_;
   std::vector<char> is_divisor_;  ///< of every node
