@@ -164,16 +164,17 @@ static void require_same_values(const dae::ConsistentState& at, const dae::Consi
   constexpr double same = 1e-6, rounding = 1e-9;  // of the two; of the largest value
   double largest = 0;
   for (const auto& [leaf, value] : at.values) largest = std::max(largest, std::fabs(value));
-  for (const auto& [leaf, given] : at.values) {
-    if (symbol_of(leaf).kind != Kind::variable) continue;
-    const Expr own = dae::resolve(model, leaf);
-    const auto now = here.values.find(own);
-    if (now == here.values.end()) continue;
-    const double difference = std::fabs(now->second - given);
-    if (difference > same * (std::fabs(now->second) + std::fabs(given)) + rounding * largest)
-      throw Failure(text("form \"array\" has ", to_text(leaf), " = ", rounded(now->second, 6),
-                         " at this start, where it is ", rounded(given, 6)));
-  }
+  const dae::ModelPtr source = dae::original(at.model);
+  // Not all derivatives of the array: those that nothing determines have any values.
+  for (const auto& list : {source->states(), source->top_derivatives(), source->algebraic()})
+    for (Expr leaf : list) {
+      const auto given = at.values.find(leaf), now = here.values.find(dae::resolve(model, leaf));
+      if (given == at.values.end() || now == here.values.end()) continue;
+      const double difference = std::fabs(now->second - given->second);
+      if (difference > same * (std::fabs(now->second) + std::fabs(given->second)) + rounding * largest)
+        throw Failure(text("form \"array\" has ", to_text(leaf), " = ", rounded(now->second, 6),
+                           " at this start, where it is ", rounded(given->second, 6)));
+    }
 }
 
 /// Form "array" was made at another point, and its rows do not determine the unknowns at this start, where others do.
