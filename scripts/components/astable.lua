@@ -12,7 +12,7 @@ local m = model { supply = e.source{ v = 5 }, gnd = e.ground{}, Rc1 = e.resistor
   connect("Rc2.n", "Q2.c", "C2.p"), connect("C2.n", "Q1.b", "Rb1.n", "B1.p"),
   connect("supply.n", "Q1.e", "Q2.e", "gnd.p", "B1.n", "B2.n") }
 
-local sol = m:integrate{ to = 0.5, rtol = 1e-6, events = {
+local sol = m:integrate{ to = 0.5, rtol = 1e-7, events = {
   { when = m.Q1.c.v - 2.5, call = function() end } } }
 local at = sol.events
 local k = #at - 2
