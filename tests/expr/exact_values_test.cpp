@@ -5,12 +5,12 @@
 
 #include "base/error.hpp"
 #include "expr/graph/angle.hpp"
-#include "expr/rewrite/assumption.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/graph/generic.hpp"
 #include "expr/linalg/linalg.hpp"
 #include "expr/print/approximation.hpp"
 #include "expr/print/print.hpp"
+#include "expr/rewrite/assumption.hpp"
 #include "expr/rewrite/rewrite.hpp"
 
 using namespace pendula;
