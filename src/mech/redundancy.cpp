@@ -221,12 +221,9 @@ void redundancy_of(const VecX& C, const VecX& q, Group group, const std::vector<
   }
   std::vector<int> kept;
   for (int i : rank.kept) kept.push_back(group.constraints[i]);
-  for (std::size_t i = 0; i < group.constraints.size(); ++i) {
-    const int k = group.constraints[i];
-    if (std::find(kept.begin(), kept.end(), k) != kept.end()) continue;
-    found.rest.push_back(k);
-    found.rest_sizes.push_back(rank.sizes[static_cast<Index>(i)]);
-  }
+  for (int k : group.constraints)
+    if (std::find(kept.begin(), kept.end(), k) == kept.end()) found.rest.push_back(k);
+  found.sizes.merge(rank.sizes);
   found.ranks += text("; gradients of ", names_of(group.constraints), ": rank ", rank.rank, " of ",
                       group.constraints.size(), " where they hold");
   found.kept.insert(found.kept.end(), kept.begin(), kept.end());

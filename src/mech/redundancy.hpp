@@ -18,10 +18,11 @@
 namespace pendula::mech {
 
 struct Redundancy {
-  std::vector<int> kept;           ///< constraints that imply all others
-  std::vector<VecX> combination;   ///< λ of those that are combinations of others: Σ λ_k C_k = 0
-  std::vector<int> rest;           ///< those that follow from the kept ones where all hold, without such a λ
-  std::vector<double> rest_sizes;  ///< of their terms at a position
+  std::vector<int> kept;          ///< constraints that imply all others
+  std::vector<VecX> combination;  ///< λ of those that are combinations of others: Σ λ_k C_k = 0
+  std::vector<int> rest;          ///< those that follow from the kept ones where all hold, without such a λ
+  std::unordered_map<Expr, double>
+      sizes;  ///< of the coordinates at a position, as dae::ConstraintRank has them
   std::vector<std::string> follows, proofs;  ///< of those with λ: "C₃ follows from C₁, C₂", "C₃ = C₁ + 2 C₂"
   std::string ranks;  ///< of those without: "gradients of C₁ … C₄: rank 3 where they hold"
 };

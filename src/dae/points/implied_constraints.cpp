@@ -100,25 +100,48 @@ bool ConstraintPositions::all_hold(const Vec& at, const Known& known) const {
          relative(r, J, at.cwiseQuotient(all_.unit())).maxCoeff() <= holds_below;
 }
 
-/// Do all constraints hold where the kept ones do, a step away along every direction that these allow, and later?
+/// |dq/dt| of what the kept constraints enforce, in units of q.
+double ConstraintPositions::driven_speed(const NumericArray& kept, const std::vector<int>& rows,
+                                         const Vec& at, const Known& known) const {
+  Known here = known;
+  for (std::size_t j = 0; j < q_.size(); ++j) here[q_[j]] = at[static_cast<Index>(j)];
+  std::vector<Expr> slopes;
+  for (int i : rows) slopes.push_back(partial(C_[i], time_symbol()));
+  const std::vector<double> values = evaluate(slopes, here);
+  const Vec rates =
+      Eigen::Map<const Vec>(values.data(), static_cast<Index>(values.size())).cwiseQuotient(kept.row_unit());
+  return kept.jacobian(at, known).completeOrthogonalDecomposition().solve(rates).norm();
+}
+
+/// Do all constraints hold where the kept ones do, a step away along every direction that these allow, and later? The
+/// step is shortened where it leads to no position or to a far one: q may be small beside its distance from the origin.
 bool ConstraintPositions::hold_beside(ConstraintRank& found, const NumericArray& kept, const Vec& at,
                                       const Known& known) const {
-  constexpr double step = 0.05;
+  constexpr double shares[] = {0.05, 5e-3, 5e-4, 5e-5};  // residuals grow like their squares if nothing follows
   const auto r = static_cast<Index>(found.kept.size());
-  const Vec omega = at.cwiseQuotient(all_.unit());
+  const Vec omega = at.cwiseQuotient(kept.unit());
   const double size = omega.cwiseAbs().maxCoeff() > 0 ? omega.cwiseAbs().maxCoeff() : 1;
   const Mat across = kept.jacobian(at, known).transpose();
   const Mat free = r ? Mat(Mat(Eigen::HouseholderQR<Mat>(across).householderQ()).rightCols(at.size() - r))
                      : Mat(Mat::Identity(at.size(), at.size()));
-  Known later = known;
-  if (const auto t = later.find(time_symbol()); t != later.end()) t->second += step;
+  const double speed = depends_on_time_ && r ? driven_speed(kept, found.kept, at, known) : 0;
   if (free.cols() == 0 && !depends_on_time_) return true;
   for (Index k = 0; k < std::max<Index>(free.cols(), 1); ++k) {
-    Vec moved = at;
-    if (free.cols()) moved += all_.unit().cwiseProduct(step * size * free.col(k));
-    const auto there = kept.project(moved, later, 0);
-    if (there && !there->slow && all_hold(there->w, later) &&
-        rank_with_gap(all_.jacobian(there->w, later)).rank == r)
+    Vec moved;
+    Known later;
+    std::optional<NumericArray::Solution> there;
+    for (const double share : shares) {
+      const double step = share * size, far = 4 * step;
+      moved = at;
+      later = known;
+      if (free.cols()) moved += kept.unit().cwiseProduct(step * free.col(k));
+      if (const auto t = later.find(time_symbol()); t != later.end())
+        t->second += speed > 0 ? step / speed : step;
+      there = kept.project(moved, later, 0);
+      if (there && !there->slow && (there->w - at).cwiseQuotient(kept.unit()).norm() <= far) break;
+      there.reset();
+    }
+    if (there && all_hold(there->w, later) && rank_with_gap(all_.jacobian(there->w, later)).rank == r)
       continue;
     const auto other = position(moved, later);
     found.beside = other ? static_cast<int>(well_conditioned(all_.jacobian(*other, later)).size()) : 0;
@@ -134,10 +157,10 @@ ConstraintRank ConstraintPositions::judge(const Vec& at, const Known& known) con
   found.kept = well_conditioned(J);
   found.rank = static_cast<int>(found.kept.size());
   found.verdict = Verdict::independent;
-  found.sizes = all_.row_unit().cwiseProduct(J.cwiseAbs() * at.cwiseQuotient(all_.unit()).cwiseAbs());
-  const double largest = found.sizes.size() ? found.sizes.maxCoeff() : 0;
-  for (double& size : found.sizes)
-    if (size == 0) size = largest > 0 ? largest : 1;
+  for (std::size_t j = 0; j < q_.size(); ++j) {
+    const auto column = static_cast<Index>(j);
+    found.sizes[q_[j]] = at[column] != 0 ? std::fabs(at[column]) : all_.unit()[column];
+  }
   if (found.kept.size() == C_.size()) return found;
   found.verdict = Verdict::singular;
   const NumericArray kept(pick(C_, found.kept), q_);

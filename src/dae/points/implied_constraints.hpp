@@ -25,7 +25,7 @@ struct ConstraintRank {
   } verdict = Verdict::no_position;
   int rank = 0, beside = 0;                   ///< of ∂C/∂q at the position, and beside it
   std::vector<int> kept;                      ///< with independent gradients
-  Vec sizes;                                  ///< of the terms of every constraint
+  std::unordered_map<Expr, double> sizes;     ///< of the coordinates: |q| there, or the unit of one that is 0
   std::unordered_map<Expr, double> position;  ///< implied: values of all symbols of C that satisfy them
 };
 
@@ -47,6 +47,8 @@ class ConstraintPositions {
   std::optional<Vec> position(const Vec& from, const Known& known) const;
   ConstraintRank judge(const Vec& at, const Known& known) const;
   std::vector<int> well_conditioned(Mat J) const;
+  double driven_speed(const NumericArray& kept, const std::vector<int>& rows, const Vec& at,
+                      const Known& known) const;
   bool hold_beside(ConstraintRank& found, const NumericArray& kept, const Vec& at, const Known& known) const;
   bool all_hold(const Vec& at, const Known& known) const;
 

@@ -30,6 +30,17 @@ std::vector<Expr> new_unknowns(std::unordered_set<std::string> used, const std::
                                    : symbol_vector(Kind::variable, fresh, static_cast<int>(count)));
 }
 
+/// Σ (∂c/∂qⱼ)² (qⱼ² + sⱼ²): the square of the size of a constraint's terms, at any position and parameters.
+Expr squared_size(Expr c, const std::unordered_map<Expr, double>& sizes) {
+  Expr sum(0);
+  for (Expr leaf : leaves({&c, 1}))
+    if (const auto size = sizes.find(leaf); size != sizes.end()) {
+      const Expr slope = partial(c, leaf), s(size->second);
+      sum += slope * slope * (leaf * leaf + s * s);
+    }
+  return sum;
+}
+
 }  // namespace
 
 void add_least_norm(const LeastNorm& least, const std::string& note,
@@ -51,8 +62,8 @@ void add_least_norm(const LeastNorm& least, const std::string& note,
   for (std::size_t k = 0; k < excess.size(); ++k) {
     options.start_values.push_back({excess[k], Expr(0)});
     // behind a position where the chosen constraints depend on each other, they allow what the others do not
-    Transition end{abs(excess[k]) - Expr(failing * least.sizes[k]), 1, true, {}};
-    options.events.push_back(std::move(end));
+    const Expr size = squared_size(least.left_out[static_cast<Index>(k)], least.sizes);
+    options.events.push_back({excess[k] * excess[k] - Expr(failing * failing) * size, 1, true, {}});
   }
   for (const auto* made : {&y, &excess})
     if (!options.z.empty() || !options.x.empty())
@@ -201,7 +212,7 @@ ModelPtr independent(const ModelPtr& model, const std::unordered_map<Expr, doubl
   const ConstraintRank found = ConstraintPositions(p.C, p.q, m.values).near(near);
   if (found.verdict != ConstraintRank::Verdict::implied) refuse(found, p.C.size());
   require_linear(p);
-  LeastNorm least{column(p.z), p.B, independent_columns(p, m.values, found.position), {}, {}};
+  LeastNorm least{column(p.z), p.B, independent_columns(p, m.values, found.position), {}, found.sizes};
   const std::size_t open = p.z.size() - least.columns.size(), redundant = p.C.size() - found.kept.size();
   if (open != redundant)
     throw Failure(text("independent: ", redundant, " of the ", p.C.size(),
@@ -215,7 +226,6 @@ ModelPtr independent(const ModelPtr& model, const std::unordered_map<Expr, doubl
     const bool stays =
         std::find(found.kept.begin(), found.kept.end(), static_cast<int>(i)) != found.kept.end();
     (stays ? kept : rest).push_back(p.C[i]);
-    if (!stays) least.sizes.push_back(found.sizes[static_cast<Index>(i)]);
   }
   least.left_out = column(rest);
   add_least_norm(least,

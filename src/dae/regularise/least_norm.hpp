@@ -17,11 +17,12 @@ namespace pendula::dae {
 
 struct LeastNorm {
   VecX z;
-  std::vector<Entry> B;       ///< ∂(force equations)/∂z
-  std::vector<int> columns;   ///< r independent ones of B
-  VecX left_out;              ///< constraints
-  std::vector<double> sizes;  ///< of their terms
+  std::vector<Entry> B;                    ///< ∂(force equations)/∂z
+  std::vector<int> columns;                ///< r independent ones of B
+  VecX left_out;                           ///< constraints
+  std::unordered_map<Expr, double> sizes;  ///< of their coordinates, as ConstraintRank has them
 };
+
 /// The equations, unknowns, start values and events for it. `note` stands beside z.
 void add_least_norm(const LeastNorm& least, const std::string& note,
                     const std::unordered_set<std::string>& used, std::vector<Block>& blocks,

@@ -85,8 +85,14 @@ class Approach {
   const dae::WayExpansion& arrived() const { return arrived_; }
 
   double size_of(Expr leaf) const {
+    const double size = size_so_far(leaf);
+    return size > 0 ? size : 1;
+  }
+
+  /// The largest value of an unknown or a derivative of first order so far; 0 where none is known.
+  double size_so_far(Expr leaf) const {
     const auto it = sizes_.find(leaf);
-    return it != sizes_.end() && it->second > 0 ? it->second : 1;
+    return it != sizes_.end() ? it->second : 0;
   }
 
   /// How far a polynomial serves; 0: not far enough to leave the point.
@@ -231,9 +237,10 @@ class BranchRun {
     return clear_least(miss, clearly, "which of them goes on smoothly is not clear", why);
   }
 
-  /// The way with the derivatives that were asked for.
+  /// The way with the derivatives that were asked for, which may be given roughly: to a tenth.
   std::optional<std::size_t> asked_for(std::string& why) const {
-    constexpr double clearly = 0.5;
+    constexpr double roughly = 0.1, clearly = 0.5,
+                     rounding = 1e-6;  // the last: of what the value has been before
     const auto& ways = approach_.ways();
     std::vector<double> miss(ways.size(), 0);
     for (const auto& [leaf, value] : simulation_.branch->derivatives) {
@@ -246,7 +253,7 @@ class BranchRun {
         return {};
       }
       std::vector<double> here;
-      double size = std::fabs(value);
+      double size = std::max(std::fabs(value), rounding * approach_.size_so_far(own));
       for (const dae::WayOn& way : ways) {
         for (Expr e : inside)
           if (symbol_of(e).kind != Kind::constant && !way.values.count(e)) {
@@ -258,11 +265,14 @@ class BranchRun {
       }
       for (std::size_t k = 0; k < ways.size() && size > 0; ++k) miss[k] += std::fabs(here[k] - value) / size;
     }
+    const bool is_one = ways.size() == 1;
     const std::string none =
-        text("none of them is clearly the one that was asked for; write branch = ", dae::choices_text(ways));
+        text(is_one ? "the one way on is not the one that was asked for"
+                    : "none of them is clearly the one that was asked for",
+             "; write branch = ", is_one && ways[0].text.empty() ? "\"smooth\"" : dae::choices_text(ways));
     const auto best = clear_least(miss, clearly, none, why);
-    if (best && ways.size() == 1 && miss[0] > clearly) {
-      why = "the one that was asked for does not exist here";
+    if (best && miss[*best] > roughly * static_cast<double>(simulation_.branch->derivatives.size())) {
+      why = none;
       return {};
     }
     return best;

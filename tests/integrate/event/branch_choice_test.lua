@@ -42,8 +42,12 @@ test("only solutions are named as ways on, multiple roots or not", function()
   local cube = dae { der(x) ~ 1, 0 ~ z^3 - x^3 }                  -- one real branch: z = x
   local run = { start = { x = -1, z = -1 }, to = 2 }
   expect(cube:integrate(run).status):matches "a solution goes on there with z′ = 1 %(branch = \"smooth\""
-  run.branch = "smooth"
-  expect(cube:integrate(run)(z, 2)):near(1, 1e-6)
+  for _, branch in ipairs { "smooth", { [z.dot] = 1.05 } } do
+    run.branch = branch
+    expect(cube:integrate(run)(z, 2)):near(1, 1e-6)
+  end
+  run.branch = { [z.dot] = 1.6 }
+  expect(cube:integrate(run).status):matches "is not the one that was asked for; write branch = { %[z%.dot%] = 1 }"
   local sheets = dae { der(x) ~ -z, 0 ~ (z - 1)*(z + x) }         -- from z = 1 into z = -x, of slope z = 1
   local at = sheets:init { fix = { x = 2 }, guess = { z = 0.9 } }
   expect(sheets:integrate{ start = at, to = 5 }.status):matches "with z′ = 0 or z′ = 1 "
