@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 
-#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/index/differentiation_index.hpp"
@@ -13,18 +12,16 @@
 #include "dae/model/make_model.hpp"
 #include "dae/model/model_key.hpp"
 #include "dae/reduce/reduce.hpp"
+#include "dae/start/regime_jump.hpp"
 #include "dae/start/start_system.hpp"
 #include "expr/graph/derivative.hpp"
 
 namespace pendula::dae {
 namespace {
 
-using Values = std::unordered_map<Expr, double>;
-
 constexpr std::size_t most_candidates = 300;
-constexpr double border = 1e-9;     // of the terms of a margin: what counts as 0 where values are exact
-constexpr double close = 1e-7;      // of the terms of a condition: where it holds, as well
-constexpr double rounding = 1e-14;  // of the largest term: what a sum may be off by
+constexpr double border = 1e-9;  // of the terms of a margin: what counts as 0 where values are exact
+constexpr double close = 1e-7;   // of the terms of a condition: where it holds, as well
 
 /// The values as exact ones, then as known to the tolerance of the run that gave them, then as known to its
 /// multiples: errors of steps add up.
@@ -37,33 +34,6 @@ std::vector<Regimes::Accuracy> readings(double rtol) {
       list.push_back({known, std::max(close, 3 * known), false});
   return list;
 }
-
-/// An expression at values; leaves without value (derivatives that nothing asked for) count as 0.
-double value_at(Expr e, Values values) {
-  for (Expr leaf : leaves({&e, 1}))
-    if (symbol_of(leaf).kind == Kind::variable) values.try_emplace(leaf, 0.0);
-  return pendula::evaluate({&e, 1}, values)[0];
-}
-
-/// x⁺ - x⁻, and the impulses Λ of z and Δx of x′, with what their rounding is measured by.
-struct Jump {
-  Vec change;
-  Values impulses, sizes;
-  bool jumps = false;
-};
-
-/// What the rounding of leaves is measured by.
-struct Sizes {
-  Values of;
-  double rate = 1;  ///< 1/time: of derivatives that have no size of their own
-
-  double operator()(Expr leaf) const {
-    if (const auto at = of.find(leaf); at != of.end()) return std::fabs(at->second);
-    const Symbol& symbol = symbol_of(leaf);
-    const auto base = of.find(symbol.base);
-    return symbol.order == 0 || base == of.end() ? 0 : std::fabs(base->second) * std::pow(rate, symbol.order);
-  }
-};
 
 /// Values, what they have been before, and the units of those that were computed.
 Sizes sizes_at(const ConsistentState& start) {
@@ -81,15 +51,6 @@ Sizes sizes_at(const ConsistentState& start) {
   }
   if (fastest > 0) sizes.rate = fastest;
   return sizes;
-}
-
-/// Σ |∂e/∂y| s over the leaves y of an expression, s their sizes.
-double size_of(Expr e, const Values& values, const Sizes& sizes) {
-  double sum = 0;
-  for (Expr leaf : leaves({&e, 1}))
-    if (const double size = sizes(leaf); size > 0)
-      sum += std::fabs(value_at(partial(e, leaf), values)) * size;
-  return sum;
 }
 
 /// -1, 0, 1: the sign of a margin just after the start.
@@ -133,138 +94,9 @@ std::string answer(const Model& m) {
   return a.regular ? text(a.index, " ", a.dof) : "singular";
 }
 
-/// x⁺ = x⁻ + Δx, with impulses Λ of z.
-class JumpSystem {
- public:
-  /// sizes: of states, what they have been before; close: of the terms, where equations hold
-  JumpSystem(const Regime& regime, const FirstOrder& form, Values before, const LeafValues& sizes,
-             double close)
-      : regime_(regime), form_(form), close_(close), values_(std::move(before)) {
-    for (Expr leaf : leaves(form.F)) values_.try_emplace(leaf, 0.0);
-    n_ = static_cast<Eigen::Index>(form.x.size());
-    m_ = static_cast<Eigen::Index>(form.z.size());
-    const Mat all = jacobian(form.F, unknowns_of_impulses());
-    E_ = all.leftCols(n_);
-    B_ = all.rightCols(m_);
-    sizes_.of = values_;
-    for (const auto& [leaf, size] : sizes) sizes_.of[leaf] = std::max(size, sizes_(leaf));
-    size_ = Vec(n_);
-    for (Eigen::Index i = 0; i < n_; ++i) size_[i] = sizes_(form.x[i]);
-    // an impulse is compared with what would change the states by their sizes
-    impulse_size_ = Vec::Zero(m_);
-    const Vec momentum = E_.cwiseAbs() * size_;
-    for (Eigen::Index j = 0; j < m_; ++j)
-      for (Eigen::Index i = 0; i < B_.rows(); ++i)
-        if (B_(i, j) != 0) impulse_size_[j] = std::max(impulse_size_[j], momentum[i] / std::fabs(B_(i, j)));
-  }
-
-  /// Nothing where no impulse leads onto the conditions.
-  std::optional<Jump> solve() {
-    const auto rows = static_cast<Eigen::Index>(regime_.conditions.size());
-    Jump jump{Vec::Zero(n_), {}, {}};
-    if (rows == 0) return jump;
-    Vec impulse = Vec::Zero(m_);
-    const Values start = values_;
-    const int most = obeys_conditions(1e-13) ? 0 : 20;
-    for (int k = 0; k < most; ++k) {
-      const Vec G = residuals();
-      Mat K = Mat::Zero(E_.rows() + rows, n_ + m_);
-      K.topLeftCorner(E_.rows(), n_) = E_;
-      K.topRightCorner(E_.rows(), m_) = B_;
-      K.bottomLeftCorner(rows, n_) = jacobian(regime_.conditions, form_.x);
-      Vec right(K.rows());
-      right << -(E_ * jump.change + B_ * impulse), -G;
-      const Vec step = least_step(K, right);
-      jump.change += step.head(n_);
-      impulse += step.tail(m_);
-      move(start, jump.change);
-      const auto is_small = [](const Vec& d, const Vec& whole, const Vec& size) {
-        return ((d.cwiseAbs() - 1e-14 * (whole.cwiseAbs() + size)).array() <= 0).all();
-      };
-      if (is_small(step.head(n_), jump.change, size_) && is_small(step.tail(m_), impulse, impulse_size_))
-        break;
-    }
-    if (!lands(jump.change, impulse)) return {};
-    for (int k = 0; k < 3; ++k) {  // what rounding and the errors of steps have left, the shortest way
-      jump.change -=
-          jacobian(regime_.conditions, form_.x).completeOrthogonalDecomposition().solve(residuals());
-      move(start, jump.change);
-    }
-    for (Eigen::Index i = 0; i < n_; ++i)
-      if (const double x = start.at(form_.x[i]); std::fabs(x + jump.change[i]) <= 1e-12 * std::fabs(x))
-        jump.change[i] = -x;
-    for (Eigen::Index i = 0; i < n_; ++i) {
-      jump.jumps = jump.jumps || std::fabs(jump.change[i]) > close_ * size_[i];
-      jump.impulses[form_.xdot[i]] = jump.change[i];
-      jump.sizes[form_.xdot[i]] = size_[i];
-    }
-    for (Eigen::Index j = 0; j < m_; ++j) {
-      jump.impulses[form_.z[j]] = impulse[j];
-      jump.sizes[form_.z[j]] = impulse_size_[j];
-    }
-    return jump;
-  }
-
- private:
-  std::vector<Expr> unknowns_of_impulses() const {
-    std::vector<Expr> list = form_.xdot;
-    list.insert(list.end(), form_.z.begin(), form_.z.end());
-    return list;
-  }
-  Mat jacobian(const std::vector<Expr>& rows, const std::vector<Expr>& columns) const {
-    Mat J = Mat::Zero(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(columns.size()));
-    for (const Entry& e : sparse_jacobian(rows, columns)) J(e.row, e.column) = value_at(e.value, values_);
-    return J;
-  }
-  Vec residuals() const {
-    Vec G(static_cast<Eigen::Index>(regime_.conditions.size()));
-    for (Eigen::Index i = 0; i < G.size(); ++i) G[i] = value_at(regime_.conditions[i], values_);
-    return G;
-  }
-  void move(const Values& start, const Vec& change) {
-    for (Eigen::Index i = 0; i < n_; ++i) values_[form_.x[i]] = start.at(form_.x[i]) + change[i];
-  }
-  /// Both parts of the equations hold.
-  bool lands(const Vec& change, const Vec& impulse) const {
-    const Vec r = E_ * change + B_ * impulse;
-    const Vec size =
-        E_.cwiseAbs() * (size_ + change.cwiseAbs()) + B_.cwiseAbs() * (impulse_size_ + impulse.cwiseAbs());
-    for (Eigen::Index i = 0; i < r.size(); ++i)
-      if (!(std::fabs(r[i]) <= close_ * size[i])) return false;
-    return obeys_conditions(close_);
-  }
-  bool obeys_conditions(double share) const {
-    const Vec G = residuals();
-    for (Eigen::Index i = 0; i < G.size(); ++i)
-      if (!(std::fabs(G[i]) <= share * size_of(regime_.conditions[i], values_, sizes_))) return false;
-    return true;
-  }
-  /// The least solution of K y = right, rows and columns in units of their own; what is 0 to rounding is 0.
-  static Vec least_step(const Mat& K, const Vec& right) {
-    const auto inverse = [](double s) { return s > 0 ? 1 / s : 1.0; };
-    const Vec row = K.rowwise().norm().unaryExpr(inverse);
-    const Mat scaled = row.asDiagonal() * K;
-    const Vec column = scaled.colwise().norm().transpose().unaryExpr(inverse);
-    const Vec y = Mat(scaled * column.asDiagonal())
-                      .completeOrthogonalDecomposition()
-                      .solve(Vec(row.cwiseProduct(right)));
-    const double least = rounding * y.cwiseAbs().maxCoeff();
-    return y.unaryExpr([&](double v) { return std::fabs(v) <= least ? 0.0 : v; }).cwiseProduct(column);
-  }
-
-  const Regime& regime_;
-  const FirstOrder& form_;
-  double close_;
-  Values values_;
-  Sizes sizes_;
-  Eigen::Index n_ = 0, m_ = 0;
-  Mat E_, B_;
-  Vec size_, impulse_size_;  ///< of x, of Λ
-};
-
 /// Values before a jump, of all leaves that a regime knows.
-Values values_before(const Model& model, const StartRequest& request) {
-  Values values{{time_symbol(), request.t}};
+std::unordered_map<Expr, double> values_before(const Model& model, const StartRequest& request) {
+  std::unordered_map<Expr, double> values{{time_symbol(), request.t}};
   const auto add = [&](const ParameterValues& list) {
     for (const auto& [p, value] : list) values[p] = pendula::evaluate({&value, 1}, {})[0];
   };
@@ -276,7 +108,7 @@ Values values_before(const Model& model, const StartRequest& request) {
     for (Expr p : leaves({&e, 1}))
       if (symbol_of(p).kind == Kind::parameter && symbol_of(p).value)
         values.try_emplace(p, pendula::evaluate({&*symbol_of(p).value, 1}, {})[0]);
-  const Values known = values;
+  const std::unordered_map<Expr, double> known = values;
   for (const auto& [u, e] : request.inputs) values[u] = pendula::evaluate({&e, 1}, known)[0];
   for (const auto* list : {&request.guess, &request.fix})
     for (const auto& [leaf, value] : *list) values[leaf] = value;
@@ -392,7 +224,7 @@ static std::vector<double> slack_of(const Region& region, const ConsistentState&
       slack.push_back(2 * here + accuracy.border * size);
     else if (is_zero_here(margin) && is_zero_here(total_derivative(margin)))
       // one that is 0 and grows like t² is rounding, or an error of the run, at first
-      slack.push_back(2 * here + (accuracy.exact ? rounding : accuracy.border) * size);
+      slack.push_back(2 * here + (accuracy.exact ? rounding_of_sums : accuracy.border) * size);
     else
       slack.push_back(0);
   }
@@ -409,7 +241,7 @@ std::optional<RegimeStart> Regimes::enter_one(const StartRequest& before, std::u
   if (!regime.model) return refused("the equations are singular");
   const FirstOrder form = first_order(*regime.model);
   const auto jump =
-      JumpSystem(regime, form, values_before(*regime.model, before), before.sizes, accuracy.close).solve();
+      jump_onto(regime.conditions, form, values_before(*regime.model, before), before.sizes, accuracy.close);
   if (!jump) return refused("no impulse that the equations allow leads onto the constraints");
   StartRequest request = before;
   for (auto& [leaf, value] : request.fix)

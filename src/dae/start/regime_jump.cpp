@@ -1,0 +1,169 @@
+#include "dae/start/regime_jump.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/decompositions.hpp"
+#include "expr/graph/derivative.hpp"
+
+namespace pendula::dae {
+
+double value_at(Expr e, PointValues values) {
+  for (Expr leaf : leaves({&e, 1}))
+    if (symbol_of(leaf).kind == Kind::variable) values.try_emplace(leaf, 0.0);
+  return pendula::evaluate({&e, 1}, values)[0];
+}
+
+double Sizes::operator()(Expr leaf) const {
+  if (const auto at = of.find(leaf); at != of.end()) return std::fabs(at->second);
+  const Symbol& symbol = symbol_of(leaf);
+  const auto base = of.find(symbol.base);
+  return symbol.order == 0 || base == of.end() ? 0 : std::fabs(base->second) * std::pow(rate, symbol.order);
+}
+
+double size_of(Expr e, const PointValues& values, const Sizes& sizes) {
+  double sum = 0;
+  for (Expr leaf : leaves({&e, 1}))
+    if (const double size = sizes(leaf); size > 0)
+      sum += std::fabs(value_at(partial(e, leaf), values)) * size;
+  return sum;
+}
+
+namespace {
+
+/// x⁺ = x⁻ + Δx, with impulses Λ of z.
+class JumpSystem {
+ public:
+  /// sizes: of states, what they have been before; close: of the terms, where equations hold
+  JumpSystem(const std::vector<Expr>& conditions, const FirstOrder& form, PointValues before,
+             const LeafValues& sizes, double close)
+      : conditions_(conditions), form_(form), close_(close), values_(std::move(before)) {
+    for (Expr leaf : leaves(form.F)) values_.try_emplace(leaf, 0.0);
+    n_ = static_cast<Eigen::Index>(form.x.size());
+    m_ = static_cast<Eigen::Index>(form.z.size());
+    const Mat all = jacobian(form.F, unknowns_of_impulses());
+    E_ = all.leftCols(n_);
+    B_ = all.rightCols(m_);
+    sizes_.of = values_;
+    for (const auto& [leaf, size] : sizes) sizes_.of[leaf] = std::max(size, sizes_(leaf));
+    size_ = Vec(n_);
+    for (Eigen::Index i = 0; i < n_; ++i) size_[i] = sizes_(form.x[i]);
+    // an impulse is compared with what would change the states by their sizes
+    impulse_size_ = Vec::Zero(m_);
+    const Vec momentum = E_.cwiseAbs() * size_;
+    for (Eigen::Index j = 0; j < m_; ++j)
+      for (Eigen::Index i = 0; i < B_.rows(); ++i)
+        if (B_(i, j) != 0) impulse_size_[j] = std::max(impulse_size_[j], momentum[i] / std::fabs(B_(i, j)));
+  }
+
+  /// Nothing where no impulse leads onto the conditions.
+  std::optional<Jump> solve() {
+    const auto rows = static_cast<Eigen::Index>(conditions_.size());
+    Jump jump{Vec::Zero(n_), {}, {}};
+    if (rows == 0) return jump;
+    Vec impulse = Vec::Zero(m_);
+    const PointValues start = values_;
+    const int most = obeys_conditions(1e-13) ? 0 : 20;
+    for (int k = 0; k < most; ++k) {
+      const Vec G = residuals();
+      Mat K = Mat::Zero(E_.rows() + rows, n_ + m_);
+      K.topLeftCorner(E_.rows(), n_) = E_;
+      K.topRightCorner(E_.rows(), m_) = B_;
+      K.bottomLeftCorner(rows, n_) = jacobian(conditions_, form_.x);
+      Vec right(K.rows());
+      right << -(E_ * jump.change + B_ * impulse), -G;
+      const Vec step = least_step(K, right);
+      jump.change += step.head(n_);
+      impulse += step.tail(m_);
+      move(start, jump.change);
+      const auto is_small = [](const Vec& d, const Vec& whole, const Vec& size) {
+        return ((d.cwiseAbs() - 1e-14 * (whole.cwiseAbs() + size)).array() <= 0).all();
+      };
+      if (is_small(step.head(n_), jump.change, size_) && is_small(step.tail(m_), impulse, impulse_size_))
+        break;
+    }
+    if (!lands(jump.change, impulse)) return {};
+    for (int k = 0; k < 3; ++k) {  // what rounding and the errors of steps have left, the shortest way
+      jump.change -= jacobian(conditions_, form_.x).completeOrthogonalDecomposition().solve(residuals());
+      move(start, jump.change);
+    }
+    for (Eigen::Index i = 0; i < n_; ++i)
+      if (const double x = start.at(form_.x[i]); std::fabs(x + jump.change[i]) <= 1e-12 * std::fabs(x))
+        jump.change[i] = -x;
+    for (Eigen::Index i = 0; i < n_; ++i) {
+      jump.jumps = jump.jumps || std::fabs(jump.change[i]) > close_ * size_[i];
+      jump.impulses[form_.xdot[i]] = jump.change[i];
+      jump.sizes[form_.xdot[i]] = size_[i];
+    }
+    for (Eigen::Index j = 0; j < m_; ++j) {
+      jump.impulses[form_.z[j]] = impulse[j];
+      jump.sizes[form_.z[j]] = impulse_size_[j];
+    }
+    return jump;
+  }
+
+ private:
+  std::vector<Expr> unknowns_of_impulses() const {
+    std::vector<Expr> list = form_.xdot;
+    list.insert(list.end(), form_.z.begin(), form_.z.end());
+    return list;
+  }
+  Mat jacobian(const std::vector<Expr>& rows, const std::vector<Expr>& columns) const {
+    Mat J = Mat::Zero(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(columns.size()));
+    for (const Entry& e : sparse_jacobian(rows, columns)) J(e.row, e.column) = value_at(e.value, values_);
+    return J;
+  }
+  Vec residuals() const {
+    Vec G(static_cast<Eigen::Index>(conditions_.size()));
+    for (Eigen::Index i = 0; i < G.size(); ++i) G[i] = value_at(conditions_[i], values_);
+    return G;
+  }
+  void move(const PointValues& start, const Vec& change) {
+    for (Eigen::Index i = 0; i < n_; ++i) values_[form_.x[i]] = start.at(form_.x[i]) + change[i];
+  }
+  /// Both parts of the equations hold.
+  bool lands(const Vec& change, const Vec& impulse) const {
+    const Vec r = E_ * change + B_ * impulse;
+    const Vec size =
+        E_.cwiseAbs() * (size_ + change.cwiseAbs()) + B_.cwiseAbs() * (impulse_size_ + impulse.cwiseAbs());
+    for (Eigen::Index i = 0; i < r.size(); ++i)
+      if (!(std::fabs(r[i]) <= close_ * size[i])) return false;
+    return obeys_conditions(close_);
+  }
+  bool obeys_conditions(double share) const {
+    const Vec G = residuals();
+    for (Eigen::Index i = 0; i < G.size(); ++i)
+      if (!(std::fabs(G[i]) <= share * size_of(conditions_[i], values_, sizes_))) return false;
+    return true;
+  }
+  /// The least solution of K y = right, rows and columns in units of their own; what is 0 to rounding is 0.
+  static Vec least_step(const Mat& K, const Vec& right) {
+    const auto inverse = [](double s) { return s > 0 ? 1 / s : 1.0; };
+    const Vec row = K.rowwise().norm().unaryExpr(inverse);
+    const Mat scaled = row.asDiagonal() * K;
+    const Vec column = scaled.colwise().norm().transpose().unaryExpr(inverse);
+    const Vec y = Mat(scaled * column.asDiagonal())
+                      .completeOrthogonalDecomposition()
+                      .solve(Vec(row.cwiseProduct(right)));
+    const double least = rounding_of_sums * y.cwiseAbs().maxCoeff();
+    return y.unaryExpr([&](double v) { return std::fabs(v) <= least ? 0.0 : v; }).cwiseProduct(column);
+  }
+
+  const std::vector<Expr>& conditions_;
+  const FirstOrder& form_;
+  double close_;
+  PointValues values_;
+  Sizes sizes_;
+  Eigen::Index n_ = 0, m_ = 0;
+  Mat E_, B_;
+  Vec size_, impulse_size_;  ///< of x, of Λ
+};
+
+}  // namespace
+
+std::optional<Jump> jump_onto(const std::vector<Expr>& conditions, const FirstOrder& form, PointValues before,
+                              const LeafValues& sizes, double close) {
+  return JumpSystem(conditions, form, std::move(before), sizes, close).solve();
+}
+
+}  // namespace pendula::dae
