@@ -72,20 +72,36 @@ std::optional<std::size_t> eliminated_row(const std::vector<Expr>& F, const Side
   return best;
 }
 
-/// μ from the first of s′, s″ … that jumps; those before it vanish as s does. False where there is none.
-bool slide_by_slope(SlidingForm& sliding, Expr border, const Sides& sides, const Values& at) {
+/// A state written by the others where 0 = s, if s contains one with a constant factor.
+Substitution on_border(Expr s, const dae::FirstOrder& form) {
+  for (Expr leaf : leaves({&s, 1}))
+    if (std::find(form.x.begin(), form.x.end(), leaf) != form.x.end())
+      if (const Expr factor = simplify(partial(s, leaf)); factor.is_constant() && !factor.is_zero())
+        return {{leaf, simplify(leaf - s / factor)}};
+  return {};
+}
+
+/// μ from the first of s′, s″ … that jumps on the border; those before it vanish as s does. √|s| has no derivative
+/// there, so that the state which s determines is written into the equations with a root of it. False where there is none.
+bool slide_by_slope(SlidingForm& sliding, Expr border, const Sides& sides, bool has_root, const Values& at) {
   constexpr int highest = 3;
   std::vector<Expr> conditions{border};
+  const Substitution on = has_root ? on_border(border, sliding.form) : Substitution{};
+  if (has_root && on.empty()) return false;
+  const auto here = [&](Expr e) { return has_root ? simplify(substitute(e, on)) : e; };
   for (int order = 1; order <= highest; ++order) {
     const auto slope = rate(conditions.back(), sliding.form, sliding.form.f);
     if (!slope) return false;
-    const Expr D = sides.jump(*slope);
+    const Expr D = here(sides.jump(*slope));
     if (D.is_zero()) {
-      conditions.push_back(sides.plus(*slope));
+      conditions.push_back(here(sides.plus(*slope)));
       continue;
     }
     if (is_zero_at(D, at)) return false;
-    combine_all(sliding, sides, sides.plus(*slope) / D);
+    combine_all(sliding, sides, here(sides.plus(*slope)) / D);
+    if (has_root)
+      for (auto* list : {&sliding.form.F, &sliding.form.f, &sliding.form.g, &sliding.weights})
+        for (Expr& e : *list) e = here(e);
     sliding.conditions.insert(sliding.conditions.end(), conditions.begin(), conditions.end());
     return true;
   }
@@ -95,10 +111,11 @@ bool slide_by_slope(SlidingForm& sliding, Expr border, const Sides& sides, const
 }  // namespace
 
 bool slide_along(SlidingForm& sliding, Expr border, const Substitution& above, const Substitution& below,
-                 const std::unordered_map<Expr, double>& at) {
+                 bool has_root, const std::unordered_map<Expr, double>& at) {
   dae::FirstOrder& form = sliding.form;
   const Sides sides(above, below);
-  if (form.semi_explicit && slide_by_slope(sliding, border, sides, at)) return true;
+  if (form.semi_explicit && slide_by_slope(sliding, border, sides, has_root, at)) return true;
+  if (has_root) return false;
   const auto by_states = rate(border, form, form.xdot);
   const auto row = eliminated_row(form.F, sides, at);
   if (!row) return false;

@@ -122,7 +122,12 @@ void PiecewiseForm::number_modes(const std::vector<char>& frozen) {
   for (Surface& surface : surfaces_) surface.modes.clear();
   for (Branch& branch : branches_) {
     branch.mode = -1;
-    if (branch.settled != 0 || !frozen[branch.surface]) continue;
+    branch.combined.reset();
+    if (branch.settled != 0) continue;
+    if (!frozen[branch.surface]) {
+      branch.combined = symbol(Kind::slot, text("side_", &branch - branches_.data() + 1));
+      continue;
+    }
     std::vector<Mode>& modes = surfaces_[branch.surface].modes;
     const auto same = std::find_if(modes.begin(), modes.end(), [&](const Mode& mode) {
       return mode.kind == branch.kind && mode.reversed == branch.reversed;
@@ -150,8 +155,9 @@ Substitution PiecewiseForm::frozen(const std::vector<Treatment>& treatment) cons
         replacements[node] = inner(positive == (node.op() == Op::max) ? 0 : 1);
       continue;
     }
-    if (branch.mode < 0 || treatment[branch.surface] == Treatment::thawed) continue;
-    const Expr mode = modes_[branch.mode];
+    const Treatment treated = treatment[branch.surface];
+    if (treated == Treatment::thawed || (branch.mode < 0 && treated != Treatment::sliding)) continue;
+    const Expr mode = branch.mode < 0 ? *branch.combined : modes_[branch.mode];
     switch (node.op()) {
       case Op::abs:
         replacements[node] = mode * inner(0);
@@ -169,9 +175,12 @@ Substitution PiecewiseForm::frozen(const std::vector<Treatment>& treatment) cons
   return replacements;
 }
 
-Substitution PiecewiseForm::modes_on(const Surface& surface, double side) const {
+Substitution PiecewiseForm::modes_on(std::size_t surface, double side) const {
   Substitution result;
-  for (const Mode& mode : surface.modes) result[modes_[mode.number]] = Expr(mode.value(side));
+  for (const Mode& mode : surfaces_[surface].modes) result[modes_[mode.number]] = Expr(mode.value(side));
+  for (const Branch& branch : branches_)
+    if (branch.combined && branch.surface == surface)
+      result[*branch.combined] = Expr(Mode{-1, branch.kind, branch.reversed}.value(side));
   return result;
 }
 
@@ -186,8 +195,8 @@ SlidingForm PiecewiseForm::form(const std::vector<Treatment>& treatment,
   for (std::size_t k = 0; k < surfaces_.size(); ++k) {
     if (treatment[k] != Treatment::sliding) continue;
     const Surface& surface = surfaces_[k];
-    if (!slide_along(result, substitute(surface.when, replacements), modes_on(surface, 1),
-                     modes_on(surface, -1), at))
+    if (!slide_along(result, substitute(surface.when, replacements), modes_on(k, 1), modes_on(k, -1),
+                     surface.modes.empty(), at))
       throw Failure("no combination of both sides stays on " + to_text(surface.when) + " = 0");
   }
   return result;

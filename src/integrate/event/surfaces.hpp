@@ -22,6 +22,7 @@
 //      docs/derivations.md#borders
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "dae/model/first_order.hpp"
@@ -79,14 +80,15 @@ class PiecewiseForm {
     std::size_t surface;
     Mode::Kind kind;
     bool reversed;
-    int mode = -1;    ///< -1: never frozen
-    int settled = 0;  ///< not 0: the sign that what it compares always has; it has no surface
+    int mode = -1;                 ///< -1: never frozen
+    int settled = 0;               ///< not 0: the sign that what it compares always has; it has no surface
+    std::optional<Expr> combined;  ///< in its place where one that is never frozen slides
   };
   void find_branches(const std::vector<Expr>& nodes);
   std::size_t surface_of(Expr when, bool& reversed);
   void number_modes(const std::vector<char>& frozen);
   Substitution frozen(const std::vector<Treatment>& treatment) const;
-  Substitution modes_on(const Surface& surface, double side) const;
+  Substitution modes_on(std::size_t surface, double side) const;
   std::vector<char> may_be_frozen(const std::vector<Expr>& equations) const;
 
   dae::FirstOrder form_;

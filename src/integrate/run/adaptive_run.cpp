@@ -102,6 +102,7 @@ class AdaptiveRun {
     poll_interrupt();
     check_progress();
     state_.view.record = nullptr;
+    if (modes_.slide_where_creeping()) events_.begin_again(Point(stepper().here()), {});
     step();
     if (!plan().monitored_inputs.empty() && repeated_up_to_jump()) return;
     if (has_passed_pole(outcome)) return;
@@ -137,13 +138,14 @@ class AdaptiveRun {
   }
 
   /// Where a step fails with frozen branches, it may succeed with the branches as they are written: a frozen
-  /// one may have been evaluated where it is singular.
+  /// one may have been evaluated where it is singular. Beside √|s| sign(s) = 0 it may fail because the solution stays there.
   void step() {
     try {
       return method_.step();
     } catch (const Failure&) {
       const Point here = stepper().here();
-      if (plan().modes == 0 || !modes_.thaw_all(here)) throw;
+      const bool thawed = plan().modes > 0 && modes_.thaw_all(here);
+      if (!thawed && !modes_.slide_where_crossed(here, true)) throw;
       events_.begin_again(here, {});
     }
     method_.step();

@@ -33,7 +33,7 @@ void ModeTracker::begin(const Point& point, const Crossings& crossed) {
   if (point.t >= state_.end) state_.aim(point.t);
   const double first = on_unfrozen_border(point, crossed) ? step_beside_root(point) : 0;
   if (first > 0) state_.stepper().suggest(first);
-  if (state_.plan.modes == 0) {
+  if (state_.plan.modes == 0 && weights_.empty()) {
     state_.stepper().start(point, state_.end);
     state_.finder.start(state_.stepper().here(), crossed);
   } else {
@@ -275,114 +275,6 @@ bool ModeTracker::thaw_one(int which, const Point& point) {
   return true;
 }
 
-// ── sliding ──
-
-bool ModeTracker::slide(int which, Point& point) {
-  const Event& event = events()[which];
-  if (!event.surface || event.modes.empty() || !is_frozen(static_cast<std::size_t>(which))) return false;
-  Border& border = borders_[which];
-  if (border.released != 0) return false;
-  border.treatment = Treatment::sliding;
-  border.since = point.t;
-  try {
-    rebuild(point);
-    Point there = point;
-    state_.problem->project(there.t, there.x);
-    state_.stepper().start(there, state_.end);
-    point = there;
-  } catch (const UserFacing&) {
-    border.treatment = Treatment::frozen;
-    rebuild(point);
-    return false;
-  }
-  ++border.slides;
-  return true;
-}
-
-bool ModeTracker::slide_where_crossed(const Point& point) {
-  constexpr long of_late = 100;  // steps
-  std::vector<int> recent;
-  for (std::size_t i = 0; i < borders_.size(); ++i)
-    if (borders_[i].crossings > 0 && state_.stats().steps - borders_[i].last_step <= of_late)
-      recent.push_back(static_cast<int>(i));
-  const auto slides = [&](const std::vector<int>& which) {
-    Point there = point;
-    std::vector<int> done;
-    for (int i : which)
-      if (slide(i, there)) done.push_back(i);
-    if (!done.empty()) {
-      state_.stepper().start(there, state_.end);
-      if (outside().empty()) return true;
-    }
-    for (int i : done) {
-      borders_[i].treatment = Treatment::frozen;
-      --borders_[i].slides;
-    }
-    if (!done.empty()) rebuild(point);
-    return false;
-  };
-  return slides(recent) || std::any_of(recent.begin(), recent.end(), [&](int i) { return slides({i}); });
-}
-
-void ModeTracker::release(int which, int side, double t) {
-  Border& border = borders_[which];
-  border.treatment = Treatment::frozen;
-  border.released = side;
-  border.slid += t - border.since;
-}
-
-/// The borders whose μ is not in [0, 1] where the stepper stands, and the sides to which the solution leaves.
-std::vector<std::pair<int, int>> ModeTracker::outside() const {
-  constexpr double rounding = 1e-9;
-  std::vector<std::pair<int, int>> result;
-  if (weights_.empty()) return result;
-  const Point& here = state_.stepper().here();
-  state_.problem->place(here.t, here.x.data(), here.xdot.data(), here.z.data());
-  const std::vector<double> mu =
-      codegen::Kernel(weights_, state_.problem->arguments())(state_.problem->values());
-  std::size_t next = 0;
-  for (std::size_t i = 0; i < borders_.size(); ++i) {
-    if (borders_[i].treatment != Treatment::sliding) continue;
-    const double weight = mu[next++];
-    if (!(weight >= -rounding && weight <= 1 + rounding))
-      result.emplace_back(static_cast<int>(i), weight < 0 ? 1 : -1);
-  }
-  return result;
-}
-
-/// Two events for every border that slides: μ < 0 and μ > 1. They keep their places when it no longer does.
-void ModeTracker::renew_exits() {
-  std::vector<Event>& list = state_.plan.events.list;
-  const std::size_t before = list.size();
-  std::size_t next = 0;
-  bool renewed = false;
-  for (std::size_t i = 0; i < borders_.size(); ++i) {
-    if (borders_[i].treatment != Treatment::sliding) continue;
-    if (borders_[i].exits < 0) {
-      borders_[i].exits = static_cast<int>(list.size());
-      list.resize(list.size() + 2);
-    }
-    const Expr weight = weights_[next++];
-    for (int side : {1, -1}) {
-      Event& exit = list[borders_[i].exits + (side < 0)];
-      exit.when = side > 0 ? weight : Expr(1) - weight;
-      exit.direction = -1;
-      exit.surface = true;
-      exit.smoothness = Smoothness::kink;
-      exit.leaves = static_cast<int>(i);
-      exit.leaves_to = side;
-    }
-    renewed = true;
-  }
-  if (renewed) {
-    EventFinder finder(state_.problem, list);
-    finder.take_over(state_.finder, before);
-    state_.finder = std::move(finder);
-  }
-  for (std::size_t k = borders_.size(); k < list.size(); ++k)
-    state_.finder.ignore(static_cast<int>(k), is_frozen(list[k].leaves));
-}
-
 /// The run goes on with equations in which every border is treated as it is now.
 void ModeTracker::rebuild(const Point& point) {
   std::vector<Treatment> treatment(borders_.size(), Treatment::frozen);
@@ -391,7 +283,8 @@ void ModeTracker::rebuild(const Point& point) {
     if (!events()[i].surface) continue;
     state_.finder.ignore(static_cast<int>(i), !is_frozen(i));
     treatment[events()[i].surface_number] = borders_[i].treatment;
-    any = any || !events()[i].modes.empty();
+    any =
+        any || !events()[i].modes.empty() || borders_[i].treatment == Treatment::sliding || !weights_.empty();
   }
   if (!any) return;
   Problem& problem = *state_.problem;

@@ -50,8 +50,11 @@ class ModeTracker {
   /// After a failure of a step: all on which the equations are known to be so smooth.
   bool thaw_all(const Point& point, Smoothness least = Smoothness::kink);
   /// Where crossings accumulate: the solution slides along all borders that were crossed of late; false if
-  /// it cannot.
-  bool slide_where_crossed(const Point& point);
+  /// it cannot. near: nor if it is further from them than its errors.
+  bool slide_where_crossed(const Point& point, bool near = false);
+  /// The same where many steps lead nowhere: the solution may oscillate about a border by its errors alone. True where it
+  /// was tried; the run must begin again where the stepper stands.
+  bool slide_where_creeping();
   /// True where the equations are continuous at every crossing.
   bool is_continuous(const Crossings& crossed) const;
   /// Writes into the solution what became of every border.
@@ -66,6 +69,7 @@ class ModeTracker {
     Treatment treatment = Treatment::frozen;
     double since = 0, slid = 0;  ///< of the treatment; how long it slid before
     int exits = -1;              ///< the first of the two events that end the sliding
+    double farthest = 0;         ///< |s| at the ends of steps since creeping was looked for
     int released = 0;            ///< while a run begins: the side to which the solution leaves
   };
   const std::vector<Event>& events() const { return state_.plan.events.list; }
@@ -84,6 +88,8 @@ class ModeTracker {
   double side_ahead(int which, const Point& point);
   bool thaw_one(int which, const Point& point);
   bool slide(int which, Point& point);
+  bool is_near(const std::vector<int>& borders, const Point& point, const Point& there) const;
+  bool slide_along_one_of(const std::vector<int>& candidates, const Point& point, bool near);
   void release(int which, int side, double t);
   std::vector<std::pair<int, int>> outside() const;
   void rebuild(const Point& point);
@@ -98,7 +104,11 @@ class ModeTracker {
   std::vector<double> modes_;
   std::vector<Border> borders_;  ///< of every event of the plan; exits stand behind them
   std::vector<Expr> weights_;    ///< of the borders that slide, in the order of their surfaces
-  long crossings_ = 0;           ///< of borders that can be thawed, at different times
+  struct {
+    long steps = 0, patience = 100;
+    double t = 0;
+  } creeping_;          ///< where it was looked for last
+  long crossings_ = 0;  ///< of borders that can be thawed, at different times
   std::unique_ptr<RhsSolver> derivative_;
 };
 

@@ -7,6 +7,7 @@
 #include "dae/model/first_order.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/reduce/reduce.hpp"
+#include "dae/start/regimes.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/graph/solve.hpp"
 #include "expr/print/print.hpp"
@@ -150,6 +151,10 @@ std::vector<Invariant> Trajectory::invariants() const {
   return result;
 }
 
-Drift Trajectory::drift() const { return integrate::drift(*solution_, invariants()); }
+Drift Trajectory::drift() const {
+  Drift result = integrate::drift(*solution_, invariants());
+  result.has_regimes = result.rows.empty() && dae::regimes_differ(*model_);
+  return result;
+}
 
 }  // namespace pendula::integrate

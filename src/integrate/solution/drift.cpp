@@ -148,6 +148,8 @@ Drift drift(const Solution& solution, const std::vector<Invariant>& invariants) 
 }
 
 std::string Drift::str() const {
+  if (rows.empty() && has_regimes)
+    return "no constraint holds in every regime of the model; plot(sol, e) shows what is 0 in one of them\n";
   if (rows.empty()) return "the model has no constraints: nothing can drift\n";
   const std::string end = text("t = ", rounded(to, 6));
   const bool line = std::any_of(rows.begin(), rows.end(), [](const DriftRow& row) { return row.polynomial; });

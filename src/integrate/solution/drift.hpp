@@ -39,6 +39,7 @@ struct DriftRow {
 struct Drift {
   double from = 0, to = 0;
   std::vector<DriftRow> rows;
+  bool has_regimes = false;     ///< the constraints are others in each
   std::string verdict() const;  ///< over all constraints
   std::string str() const;      ///< the table and the verdicts in words
 };

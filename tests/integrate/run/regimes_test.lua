@@ -376,3 +376,10 @@ test("no tolerance makes a solution where there is none", function()
     expect(sol.status):matches "stopped at t = 1: no regime of this piecewise model goes on"
   end
 end)
+
+test("drift() of a model with regimes says why it has no constraint", function()
+  local x, v, f = vars "x_dr v_dr f_dr"
+  local ball = dae { der(x) ~ v, der(v) ~ -9.81 + f, 0 ~ min(x, f) }
+  local sol = ball:integrate { start = { [x] = 1, [v] = 0 }, to = 1 }
+  expect(tostring(sol:drift())):matches "no constraint holds in every regime"
+end)

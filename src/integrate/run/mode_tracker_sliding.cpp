@@ -1,0 +1,164 @@
+// The borders along which a solution slides: when it begins, and when one of the sides takes it.
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "expr/graph/derivative.hpp"
+#include "integrate/run/mode_tracker.hpp"
+
+namespace pendula::integrate {
+
+bool ModeTracker::slide(int which, Point& point) {
+  const Event& event = events()[which];
+  if (!event.surface || event.leaves >= 0 || !is_frozen(static_cast<std::size_t>(which))) return false;
+  Border& border = borders_[which];
+  if (border.released != 0) return false;
+  border.treatment = Treatment::sliding;
+  border.since = point.t;
+  try {
+    rebuild(point);
+    Point there = point;
+    state_.problem->project(there.t, there.x);
+    state_.stepper().start(there, state_.end);
+    point = there;
+  } catch (const UserFacing&) {
+    border.treatment = Treatment::frozen;
+    rebuild(point);
+    return false;
+  }
+  ++border.slides;
+  return true;
+}
+
+/// About √|s| sign(s) = 0 rounding of s becomes errors of 10⁻⁸ in x′: the solution oscillates for ever, in steps that are
+/// a millionth of what they were. An attempt costs a form of the equations, so that they are made ever more rarely.
+bool ModeTracker::slide_where_creeping() {
+  constexpr double slow = 1e-5;  // of the interval, a step
+  for (std::size_t i = 0; i < borders_.size(); ++i)
+    if (events()[i].surface && events()[i].smoothness == Smoothness::open)
+      borders_[i].farthest = std::max(borders_[i].farthest, std::fabs(state_.finder.values()[i]));
+  const long steps = state_.stats().steps, taken = steps - creeping_.steps;
+  if (taken < creeping_.patience) return false;
+  const Point point = state_.stepper().here();
+  const bool creeps = point.t - creeping_.t < slow * static_cast<double>(taken) * state_.interval();
+  creeping_.steps = steps;
+  creeping_.t = point.t;
+  std::vector<int> jumps;
+  for (std::size_t i = 0; i < borders_.size(); ++i)
+    if (events()[i].surface && events()[i].smoothness == Smoothness::open)
+      jumps.push_back(static_cast<int>(i));
+  const bool tries = creeps && !jumps.empty();
+  if (tries) creeping_.patience *= 2;
+  if (tries && !slide_along_one_of(jumps, point, true)) state_.stepper().start(point, state_.end);
+  for (Border& border : borders_) border.farthest = 0;
+  return tries;
+}
+
+/// The solution moves from a point onto borders by no more than its errors. Where a root of s is in the equations, an
+/// error of s is one of its root in x′, and s alone tells: it has stayed near for long.
+bool ModeTracker::is_near(const std::vector<int>& borders, const Point& point, const Point& there) const {
+  constexpr double errors = 10;  // tolerances: of a few steps
+  const Tolerances& tolerances = state_.plan.tolerances;
+  const Vec allowed = errors * (tolerances.atol + tolerances.rtol.cwiseProduct(point.x.cwiseAbs()));
+  const std::vector<Expr>& x = state_.problem->model().x;
+  const bool by_root = std::all_of(borders.begin(), borders.end(), [&](int i) {
+    if (!events()[i].modes.empty() || borders_[i].farthest == 0) return false;
+    Expr sum(0);
+    for (std::size_t j = 0; j < x.size(); ++j)
+      sum += abs(partial(events()[i].when, x[j])) * Expr(allowed[static_cast<Eigen::Index>(j)]);
+    return borders_[i].farthest <= state_.solution->values({&sum, 1}, point)[0];
+  });
+  return by_root || ((there.x - point.x).cwiseAbs().array() <= allowed.array()).all();
+}
+
+bool ModeTracker::slide_where_crossed(const Point& point, bool near) {
+  constexpr long of_late = 100;  // steps
+  std::vector<int> recent;
+  for (std::size_t i = 0; i < borders_.size(); ++i)
+    if (borders_[i].crossings > 0 && state_.stats().steps - borders_[i].last_step <= of_late)
+      recent.push_back(static_cast<int>(i));
+  return slide_along_one_of(recent, point, near);
+}
+
+/// Along all of them, or one.
+bool ModeTracker::slide_along_one_of(const std::vector<int>& candidates, const Point& point, bool near) {
+  const auto slides = [&](const std::vector<int>& which) {
+    Point there = point;
+    std::vector<int> done;
+    for (int i : which)
+      if (slide(i, there)) done.push_back(i);
+    if (!done.empty() && (!near || is_near(done, point, there))) {
+      state_.stepper().start(there, state_.end);
+      if (outside().empty()) return true;
+    }
+    for (int i : done) {
+      borders_[i].treatment = Treatment::frozen;
+      --borders_[i].slides;
+    }
+    if (!done.empty()) rebuild(point);
+    return false;
+  };
+  return slides(candidates) ||
+         std::any_of(candidates.begin(), candidates.end(), [&](int i) { return slides({i}); });
+}
+
+void ModeTracker::release(int which, int side, double t) {
+  Border& border = borders_[which];
+  border.treatment = Treatment::frozen;
+  border.released = side;
+  border.slid += t - border.since;
+}
+
+/// The borders whose μ is not in [0, 1] where the stepper stands, and the sides to which the solution leaves.
+std::vector<std::pair<int, int>> ModeTracker::outside() const {
+  constexpr double rounding = 1e-9;
+  std::vector<std::pair<int, int>> result;
+  if (weights_.empty()) return result;
+  const Point& here = state_.stepper().here();
+  state_.problem->place(here.t, here.x.data(), here.xdot.data(), here.z.data());
+  const std::vector<double> mu =
+      codegen::Kernel(weights_, state_.problem->arguments())(state_.problem->values());
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < borders_.size(); ++i) {
+    if (borders_[i].treatment != Treatment::sliding) continue;
+    const double weight = mu[next++];
+    if (!(weight >= -rounding && weight <= 1 + rounding))
+      result.emplace_back(static_cast<int>(i), weight < 0 ? 1 : -1);
+  }
+  return result;
+}
+
+/// Two events for every border that slides: μ < 0 and μ > 1. They keep their places when it no longer does.
+void ModeTracker::renew_exits() {
+  std::vector<Event>& list = state_.plan.events.list;
+  const std::size_t before = list.size();
+  std::size_t next = 0;
+  bool renewed = false;
+  for (std::size_t i = 0; i < borders_.size(); ++i) {
+    if (borders_[i].treatment != Treatment::sliding) continue;
+    if (borders_[i].exits < 0) {
+      borders_[i].exits = static_cast<int>(list.size());
+      list.resize(list.size() + 2);
+    }
+    const Expr weight = weights_[next++];
+    for (int side : {1, -1}) {
+      Event& exit = list[borders_[i].exits + (side < 0)];
+      exit.when = side > 0 ? weight : Expr(1) - weight;
+      exit.direction = -1;
+      exit.surface = true;
+      exit.smoothness = Smoothness::kink;
+      exit.leaves = static_cast<int>(i);
+      exit.leaves_to = side;
+    }
+    renewed = true;
+  }
+  if (renewed) {
+    EventFinder finder(state_.problem, list);
+    finder.take_over(state_.finder, before);
+    state_.finder = std::move(finder);
+  }
+  for (std::size_t k = borders_.size(); k < list.size(); ++k)
+    state_.finder.ignore(static_cast<int>(k), is_frozen(list[k].leaves));
+}
+
+}  // namespace pendula::integrate
