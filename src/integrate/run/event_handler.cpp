@@ -191,15 +191,17 @@ bool EventHandler::repeated(double dt) {
   const Point start = stepper.before();
   --state_.stats().steps;
   ++state_.stats().rejected;
+  const std::vector<Event>& events = state_.plan.events.list;
+  const ModeTracker::Crossings after =
+      last_restart_.t == start.t ? last_restart_.list : ModeTracker::Crossings{};
+  std::vector<double> sides;
+  state_.finder.start(start, after);
+  for (std::size_t i = 0; i < events.size(); ++i) sides.push_back(state_.finder.side(static_cast<int>(i)));
   stepper.suggest(dt);
   stepper.start(start, state_.end);
   stepper.suggest(0);
-  const std::vector<Event>& events = state_.plan.events.list;
-  std::vector<double> sides;
-  for (std::size_t i = 0; i < events.size(); ++i) sides.push_back(state_.finder.side(static_cast<int>(i)));
-  const bool after_event = last_restart_.t == start.t;
-  state_.finder.start(stepper.here(), after_event ? last_restart_.list : ModeTracker::Crossings{});
-  for (std::size_t i = 0; i < sides.size(); ++i) {
+  state_.finder.start(stepper.here(), after);
+  for (std::size_t i = 0; i < sides.size(); ++i) {  // z solved anew may be another solution
     const bool ends = !events[i].termination_reason.empty();
     if (ends && sides[i] * state_.finder.side(static_cast<int>(i)) < 0) return false;
   }

@@ -134,3 +134,19 @@ test("branches whose equations have sizes between 1 and 300 are told by first de
     end
   end
 end)
+
+-- A long step may solve for the other root: it is repeated in shorter ones, and ends no run.
+test("steps beside branches that do not meet on the way", function()
+  for _, slope in ipairs { 2, 1.1 } do
+    local sys = dae { der(x) ~ 1, 0 ~ (z - x)*(z - slope*x) }
+    for _, method in ipairs { "auto", "tsit5", "verner87", "bdf" } do
+      for _, rtol in ipairs { 1e-3, 1e-4, 1e-5, 1e-7 } do
+        for _, x0 in ipairs { -1.3, -1.01, -2 } do
+          local sol = sys:integrate { start = { x = x0, z = x0 }, to = 1, rtol = rtol, method = method }
+          expect(sol.status):equals "finished"
+          expect(sol:final(z) / sol:final(x)):near(1, 1e-2)
+        end
+      end
+    end
+  end
+end)
