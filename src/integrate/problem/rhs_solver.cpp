@@ -90,7 +90,58 @@ bool RhsSolver::solve(double t, const double* x, double* xdot, double* z, bool n
   }
   std::copy_n(xdot, n, at + n);
   std::copy_n(z, m, at + 2 * n);
+  if (near || linear_) return newton(xdot, z, near);
+  begin_.assign(at + n, at + 2 * n + m);
+  if (newton(xdot, z, near)) return true;
+  const Trouble plain = trouble_;
+  std::copy(begin_.begin(), begin_.end(), at + n);
+  if (!approach()) {
+    trouble_ = plain;
+    std::copy_n(begin_.data(), n, xdot);
+    std::copy_n(begin_.data() + n, m, z);
+    return false;
+  }
   return newton(xdot, z, near);
+}
+
+/// Newton's iteration with damping, for exponentials whose linearisation leads far beyond where it holds: a step is
+/// halved until the next correction with the same matrix, δ̄, has become shorter, ‖δ̄‖ ≤ (1 - λ/4) ‖δ‖ (natural
+/// monotonicity; Deuflhard, Newton Methods for Nonlinear Problems, 2004, §3.2-3.3). The unknowns move until a whole step
+/// halves the correction. Lengths in units of the values at the beginning.
+bool RhsSolver::approach() {
+  constexpr int most = 60;
+  constexpr double least = 1e-6, longest = 1e100;
+  double* at = problem_->unknowns() + problem_->n();
+  const std::size_t size = r_.size();
+  double largest = 0;
+  for (double v : begin_) largest = std::max(largest, std::fabs(v));
+  const auto length = [&](const std::vector<double>& step) {
+    double sum = 0;
+    for (std::size_t i = 0; i < size; ++i)
+      sum = std::max(sum, std::fabs(step[i]) / (std::fabs(begin_[i]) + 1e-3 * largest + 1e-300));
+    return sum;
+  };
+  const auto correction = [&](std::vector<double>& step) {
+    problem_->residual(step.data());
+    ++stats_.evaluations;
+    if (!std::all_of(step.begin(), step.end(), [](double v) { return std::fabs(v) < longest; })) return false;
+    solver_.solve(step.data());
+    return true;
+  };
+  double damping = 1;
+  for (int k = 0; k < most; ++k) {
+    if (!assemble() || !correction(r_)) return false;
+    const double now = length(r_);
+    const std::vector<double> from(at, at + size);
+    for (damping = std::min(1.0, 4 * damping);; damping /= 2) {
+      if (damping < least) return false;
+      for (std::size_t i = 0; i < size; ++i) at[i] = from[i] - damping * r_[i];
+      if (correction(changed_) && length(changed_) <= (1 - damping / 4) * now) break;
+    }
+    ++stats_.newton_iterations;
+    if (damping == 1 && length(changed_) <= 0.5 * now) return true;
+  }
+  return false;
 }
 
 /// One correction with the factorisation at hand; its length in units of the unknowns, NaN if F is not

@@ -36,6 +36,7 @@ class RhsSolver {
   bool assemble();
   bool solve(double t, const double* x, double* xdot, double* z, bool near);
   bool newton(double* xdot, double* z, bool near);
+  bool approach();
   double correct(double* xdot, double* z);
   bool solved_to_rounding();
   ProblemPtr problem_;
@@ -43,6 +44,7 @@ class RhsSolver {
   codegen::Kernel jacobian_;
   std::vector<Position> positions_;
   std::vector<double> entries_, r_, changed_, rounding_, values_;
+  std::vector<double> begin_;  ///< x′ and z that a search begins with
   LinearSolver<double> solver_;
   bool ode_, linear_ = true, constant_ = true, ready_ = false;
   enum class Trouble { none, not_finite, singular, diverged, far } trouble_ = Trouble::none;

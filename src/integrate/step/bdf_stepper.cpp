@@ -205,12 +205,8 @@ bool BdfStepper::plausible() {
   return check_.plausible(dt_, attempt_.scale, jacobian_.entries);
 }
 
-/// An old Jacobian that is far too large, from before the end of a stiff phase, makes corrections tiny: is a residual
-/// left that would be seen without it?
-bool BdfStepper::is_hidden() {
-  if (jacobian_.fresh || !determined_ ||
-      !check_.is_visible(attempt_.c, attempt_.residual.data(), attempt_.scale, jacobian_.entries))
-    return false;
+/// F at y⁰ + d to r.
+void BdfStepper::residual_at_end() {
   double* at = problem_->unknowns();
   for (int k = 0; k < N_; ++k) {
     at[k < n() ? k : n() + k] = attempt_.y[k];
@@ -218,7 +214,44 @@ bool BdfStepper::is_hidden() {
   }
   problem_->residual(attempt_.r.data());
   ++stats_.evaluations;
-  return check_.is_visible(attempt_.c, attempt_.r.data(), attempt_.scale, jacobian_.entries);
+}
+
+/// A Jacobian that is far too large, from before the end of a stiff phase or from where an exponential was huge, makes
+/// corrections tiny: is a residual left that would be seen without it?
+bool BdfStepper::is_hidden() {
+  if (!determined_) return false;
+  const auto visible = [&](const std::vector<double>& F) {
+    return !jacobian_.fresh && check_.is_visible(attempt_.c, F.data(), attempt_.scale, jacobian_.entries);
+  };
+  const auto stagnates = [&](const std::vector<double>& F) {
+    return check_.stagnates(F.data(), 1, attempt_.y.data(), jacobian_.entries);
+  };
+  if (!visible(attempt_.residual) && !stagnates(attempt_.residual)) return false;
+  residual_at_end();
+  if (visible(attempt_.r)) return true;
+  check_.set_first(attempt_.residual.data(), 1);
+  return stagnates(attempt_.r) && !is_corrected();
+}
+
+/// The correction that is left, by the Jacobian at y⁰ + d, is within what the iteration may leave; it is added. That
+/// Jacobian is the one at hand from now on.
+bool BdfStepper::is_corrected() {
+  const std::vector<double> F = attempt_.r;
+  const std::vector<double>& entries = problem_->jacobian();
+  ++stats_.jacobians;
+  if (!std::all_of(entries.begin(), entries.end(), [](double e) { return std::isfinite(e); })) return false;
+  jacobian_.entries = entries;
+  jacobian_.fresh = true;
+  if (!factorise()) return false;
+  solve(attempt_.r.data());
+  const double norm = scaled_norm(attempt_.r.data(), 1);
+  if (!(norm <= iteration_.tolerance)) return false;
+  check_.set_harmless(F.data(), attempt_.y.data(), jacobian_.entries);
+  for (std::size_t i = 0; i < attempt_.d.size(); ++i) {
+    attempt_.d[i] -= attempt_.r[i];
+    attempt_.y[i] = attempt_.predicted[i] + attempt_.d[i];
+  }
+  return true;
 }
 
 /// F(t, y⁰ + d, (ψ + d)/c) = 0 for d.
@@ -244,6 +277,7 @@ BdfStepper::Newton BdfStepper::newton(double t) {
       return Newton::not_finite;
     }
     attempt_.residual = attempt_.r;
+    if (iteration_.count == 1) check_.set_first(attempt_.r.data(), 1);
     solve(attempt_.r.data());
     const double length = scaled_norm(attempt_.r.data(), 1);
     iteration_.length = length;
@@ -342,6 +376,10 @@ void BdfStepper::step(double end) {
   rejected_ = false;
   for (;;) {
     poll_interrupt();
+    if (failures_ >= suspicious_failures && determined_) {
+      failures_ = 0;
+      if (settle_again(rhs_)) start(here_, end);
+    }
     const double dt = fitted(dt_, end);
     if (dt != dt_) rescale(dt / dt_);
     dt_ = dt;
@@ -376,11 +414,13 @@ void BdfStepper::step(double end) {
 }
 
 /// To be repeated with a step of this part of its size. The Jacobian belongs to the end that was predicted, which another
-/// size moves: along z, which may change fast, far enough to be of no use.
+/// size moves: along z, which may change fast, far enough to be of no use, or to be far too large.
 void BdfStepper::reject(double factor) {
   ++stats_.rejected;
   rejected_ = true;
   jacobian_.fresh = false;
+  ++failures_;
+  if (check_.has_algebraic()) jacobian_.entries.clear();
   rescale(factor);
 }
 
@@ -390,6 +430,8 @@ void BdfStepper::accept(double t, double error) {
   stats_.errors += error;
   ++history_.equal_steps;
   jacobian_.fresh = false;
+  failures_ = 0;
+  check_.accept();
   z_slopes_known_ = true;
   update_differences();
   last_.order = history_.order;

@@ -64,7 +64,9 @@ class BdfStepper final : public Stepper {
   void predict();
   Newton newton(double t);
   bool plausible();
+  void residual_at_end();
   bool is_hidden();
+  bool is_corrected();
   Newton solve_step(double t);
   RoundingFloor::Answer at_rounding(double length);
   void solve(double* right);
@@ -94,6 +96,7 @@ class BdfStepper final : public Stepper {
   RoundingFloor rounding_;
   LastStep last_;
   bool rejected_ = false;
+  int failures_ = 0;  ///< in a row
   std::string trouble_;
   Point next_;
 };

@@ -5,6 +5,7 @@
 #include <limits>
 #include <unordered_set>
 
+#include "base/epsilon.hpp"
 #include "integrate/solve/tolerances.hpp"
 
 namespace pendula::integrate {
@@ -37,6 +38,8 @@ IncrementCheck::IncrementCheck(const Problem& problem) {
   slopes_.resize(rows_.size());
   values_.resize(rows_.size());
   residuals_.resize(rows_.size() + algebraic_.size());
+  first_.resize(algebraic_.size());
+  harmless_.resize(algebraic_.size());
 }
 
 void IncrementCheck::begin() {
@@ -109,6 +112,40 @@ bool IncrementCheck::leaves_visible(double dt, std::span<const double> scale,
   for (const Row& row : algebraic_)
     if (residuals_[i++] > least_change(row, scale, entries)) return true;
   return false;
+}
+
+void IncrementCheck::set_first(const double* F, std::ptrdiff_t stride) {
+  for (std::size_t i = 0; i < algebraic_.size(); ++i) first_[i] = std::fabs(F[algebraic_[i].row * stride]);
+}
+
+bool IncrementCheck::stagnates(const double* F, std::ptrdiff_t stride, const double* y,
+                               std::span<const double> entries) const {
+  constexpr double terms = 16;  // of a sum, each rounded
+  for (std::size_t i = 0; i < algebraic_.size(); ++i) {
+    const double residual = std::fabs(F[algebraic_[i].row * stride]);
+    if (residual <= 0.5 * first_[i] || residual <= harmless_[i]) continue;
+    if (!(residual <= terms * rounding_of(algebraic_[i], y, entries))) return true;
+  }
+  return false;
+}
+
+double IncrementCheck::rounding_of(const Row& row, const double* y, std::span<const double> entries) {
+  double size = 0;
+  for (const Term& term : row.other) size += std::fabs(entries[term.entry] * y[term.column]);
+  return eps * size;
+}
+
+void IncrementCheck::set_harmless(const double* F, const double* y, std::span<const double> entries) {
+  constexpr double least = 2, roundings = 1024;  // what is more than rounding may be seen after one step
+  constexpr int steps = 16;
+  if (steps_known_ == 0) steps_known_ = steps;
+  for (std::size_t i = 0; i < algebraic_.size(); ++i)
+    harmless_[i] = std::max(harmless_[i], std::min(least * std::fabs(F[algebraic_[i].row]),
+                                                   roundings * rounding_of(algebraic_[i], y, entries)));
+}
+
+void IncrementCheck::accept() {
+  if (steps_known_ > 0 && --steps_known_ == 0) std::fill(harmless_.begin(), harmless_.end(), 0.0);
 }
 
 double IncrementCheck::undamped_norm(double norm, const double* e, double factor,

@@ -22,6 +22,8 @@ class IncrementCheck {
   explicit IncrementCheck(const Problem& problem);
 
   bool empty() const { return rows_.empty(); }
+  /// There are rows without x′ whose Jacobian varies.
+  bool has_algebraic() const { return !algebraic_.empty(); }
   void begin();
   /// A stage: x′ = unit · xdot and the residual F there, every `stride`-th number. entries: of the Jacobian.
   void add(const double* xdot, double unit, const double* F, std::ptrdiff_t stride,
@@ -37,6 +39,18 @@ class IncrementCheck {
                   std::span<const double> entries) const;
   /// The same of the residuals of the stages that were added.
   bool leaves_visible(double dt, std::span<const double> scale, std::span<const double> entries) const;
+
+  /// The residual F of the first iteration, at the last stage.
+  void set_first(const double* F, std::ptrdiff_t stride);
+  /// A row without x′ whose Jacobian varies: its residual F is not half of the first one, nor rounding, nor known to be
+  /// harmless. An iteration with a matrix that is far too large there has not moved it, and calls that convergence.
+  /// y: the unknowns (x, z).
+  bool stagnates(const double* F, std::ptrdiff_t stride, const double* y,
+                 std::span<const double> entries) const;
+  /// F does not move the unknowns y visibly, by the Jacobian of that point: rounding of this size need not be looked at
+  /// in the next steps.
+  void set_harmless(const double* F, const double* y, std::span<const double> entries);
+  void accept();
 
   /// An error estimate e, the solution of (factor M + J) e = r: its norm, or that of r/factor where e points against
   /// r (cosine below -1/2), which is a sign of growth in more than a step. scale: of the unknowns.
@@ -54,11 +68,15 @@ class IncrementCheck {
     std::vector<Term> other;  ///< ∂F/∂(x, z): columns of (x, z)
   };
   double scale_of(const Row& row, std::span<const double> scale, std::span<const double> entries) const;
+  static double rounding_of(const Row& row, const double* y, std::span<const double> entries);
   static double least_change(const Row& row, std::span<const double> scale, std::span<const double> entries);
 
   std::vector<Row> rows_;
   std::vector<Row> algebraic_;                       ///< rows without x′ whose Jacobian varies
   std::vector<double> slopes_, values_, residuals_;  ///< largest of |M x′|, |f| and |F| so far, row by row
+  std::vector<double> first_,
+      harmless_;         ///< |F| of algebraic_: of the first iteration; known by set_harmless()
+  int steps_known_ = 0;  ///< for which harmless_ holds
 };
 
 }  // namespace pendula::integrate

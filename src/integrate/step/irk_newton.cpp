@@ -94,10 +94,25 @@ bool IrkStepper::factorise_pairs(double dt) {
   return regular;
 }
 
+/// The polynomial of the last step is continued; after a rejection only where it says more than its last value:
+/// extrapolated, it multiplies what Newton's iteration left by Σ |lⱼ|, which must not exceed the way along it. Equations
+/// without x′ whose Jacobian is constant bear any starting value.
+bool IrkStepper::is_continued(double dt) {
+  if (last_.dt == 0 || last_.distrusted) return false;
+  if (!check_.has_algebraic() || (!last_.repeated && !control_.repeated)) return true;
+  const IrkFormula& old = *formulas_[last_.level];
+  const double ratio = dt / last_.dt, way = last_.way * ratio;
+  work_.lagrange.resize(static_cast<std::size_t>(old.s) + 1);
+  old.lagrange(1 + f().c.back() * ratio, work_.lagrange.data());
+  double sum = 0;
+  for (double l : work_.lagrange) sum += std::fabs(l);
+  return iteration_.tolerance * sum <= way;
+}
+
 void IrkStepper::start_iteration(double dt) {
   NewtonCode* code = matrices().code.get();
   if (code) code->begin(*problem_, here_.t, dt, y_.data(), scales_.scale.data());
-  if (code && last_.dt > 0 && last_.level == order_.level) {
+  if (code && last_.level == order_.level && is_continued(dt)) {
     code->predict(dt / last_.dt, last_.y.data(), last_.Z.data());
     return;
   }
@@ -108,7 +123,7 @@ void IrkStepper::start_iteration(double dt) {
 /// Starting values of Z: the collocation polynomial of the last step continued.
 void IrkStepper::predict(double dt) {
   const auto size = static_cast<std::size_t>(N_);
-  if (last_.dt == 0) {
+  if (!is_continued(dt)) {
     std::fill(Z_.begin(), Z_.end(), 0.0);
     for (int i = 0; i < f().s; ++i)  // equations that are not linear in x′ need x′ to begin with
       for (int k = 0; k < n(); ++k) Z_[i * size + k] = f().c[i] * dt * here_.xdot[k];
@@ -145,6 +160,7 @@ bool IrkStepper::residuals(double dt) {
     double sum = 0;
     for (std::size_t k = 0; k < size; ++k) sum += R[k] * 0;
     check_.add(at + states, 1, R, 1, jacobian_.entries);
+    if (i == s - 1) std::copy_n(R, N_, work_.residual.begin());
     if (sum == 0) continue;
     for (std::size_t k = 0; k < size; ++k)
       if (!std::isfinite(R[k]))
@@ -179,6 +195,13 @@ void IrkStepper::solve_stages() {
     w += 2 * size;
   }
   mix(f().T, work_.transformed, work_.R);
+}
+
+/// F of the last stage in the last iteration, and its stride.
+std::pair<const double*, std::ptrdiff_t> IrkStepper::last_residual() {
+  if (NewtonCode* code = matrices().code.get())
+    return {code->stage_of_last_iteration(f().s - 1).residual, NewtonCode::lanes};
+  return {work_.residual.data(), 1};
 }
 
 /// Do the slopes and residuals of the last iteration belong to a step that is nearly solved?
@@ -239,6 +262,10 @@ IrkStepper::Newton IrkStepper::newton(double dt) {
         iteration_.slow_factor = 0.8 * std::pow(std::clamp(predicted, 1e-4, 20.0), -1.0 / (4 + left));
         return Newton::slow;
       }
+    }
+    if (iteration_.count == 1 && check_.has_algebraic()) {
+      const auto [F, stride] = last_residual();
+      check_.set_first(F, stride);
     }
     before = std::max(length, eps);
     // One iteration tells nothing about its own contraction: far away, that of the last step is not trusted.
@@ -301,9 +328,16 @@ double IrkStepper::correction_at_end(double dt) {
   if (!determined_) return 0;
   const bool due = last_.dt > 0 && (iteration_.wary > 0 || dt > longer * last_.dt);
   const double gh = dt / f().gamma;
-  if (!due && !check_.leaves_visible(gh, scales_.scale, jacobian_.entries)) return 0;
   const int last = f().s - 1;
   const double* Z = Z_.data() + static_cast<std::ptrdiff_t>(last) * N_;
+  bool stagnates = false;
+  if (check_.has_algebraic()) {
+    for (int k = 0; k < N_; ++k) work_.transformed[k] = y_[k] + Z[k];
+    const auto [F, stride] = last_residual();
+    stagnates = check_.stagnates(F, stride, work_.transformed.data(), jacobian_.entries);
+    check_.set_first(F, stride);
+  }
+  if (!due && !stagnates && !check_.leaves_visible(gh, scales_.scale, jacobian_.entries)) return 0;
   double* at = problem_->unknowns();
   problem_->set_time(here_.t + f().c[last] * dt);
   for (int k = 0; k < N_; ++k) at[k < n() ? k : n() + k] = y_[k] + Z[k];
@@ -311,7 +345,8 @@ double IrkStepper::correction_at_end(double dt) {
   combine(n(), nullptr, work_.weights, Z_.data(), N_, at + n());
   problem_->residual(error_.data());
   ++stats_.evaluations;
-  if (!due && !check_.is_visible(gh, error_.data(), scales_.scale, jacobian_.entries)) return 0;
+  stagnates = stagnates && check_.stagnates(error_.data(), 1, work_.transformed.data(), jacobian_.entries);
+  if (!due && !stagnates && !check_.is_visible(gh, error_.data(), scales_.scale, jacobian_.entries)) return 0;
   const std::vector<double>& entries = problem_->jacobian();
   for (std::size_t k = 0; k < entries.size(); ++k)
     shifted_.real[k] = rows_.in_mass[k] ? entries[k] / gh : entries[k];
@@ -319,10 +354,12 @@ double IrkStepper::correction_at_end(double dt) {
   ++stats_.factorisations;
   if (jacobian_.end.size() == 0) jacobian_.end.analyse(N_, rows_.positions);
   if (!jacobian_.end.factorise(shifted_.real.data())) return 0;
+  std::copy_n(error_.begin(), N_, work_.residual.begin());
   jacobian_.end.solve(error_.data());
   ErrorSum sum;
   for (int k = 0; k < N_; ++k) sum.add(error_[k] / scales_.scale[k]);
   const double norm = sum.norm(N_);
+  if (stagnates && norm < 1) check_.set_harmless(work_.residual.data(), work_.transformed.data(), entries);
   constexpr int calm = 4;  // steps until a surprise is forgotten
   if (norm >= 1)
     iteration_.wary = calm;

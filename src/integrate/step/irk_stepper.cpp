@@ -63,6 +63,7 @@ void IrkStepper::use(int level) {
   }
   work_.lagrange.resize(stages + 1);
   work_.weights.resize(stages);
+  work_.residual.resize(size);
   jacobian_.factorised_for = 0;
   order_.since_change = 0;
   prepare_tolerances();
@@ -187,15 +188,26 @@ std::string IrkStepper::blame() const {
              : trouble_;
 }
 
-void IrkStepper::step(double end) {
+void IrkStepper::begin_at_here() {
   std::copy_n(here_.x.data(), n(), y_.data());
   std::copy_n(here_.z.data(), m(), y_.data() + n());
+}
+
+void IrkStepper::step(double end) {
+  begin_at_here();
   if (control_.first) prepare_tolerances();
   if (!jacobian_.keep) jacobian_.fresh = false;
   bool need_jacobian = !jacobian_.keep || jacobian_.entries.empty();
   bool behind_kink = false;
-  for (;;) {
+  for (int rejections = 0;; ++rejections) {
     poll_interrupt();
+    if (rejections == suspicious_failures && check_.has_algebraic()) {
+      last_.distrusted = true;  // it may end, or go on, where the equations are of another size
+      if (determined_ && settle_again(rhs_)) {
+        begin_at_here();
+        need_jacobian = true;
+      }
+    }
     const double dt = fitted(dt_, end);
     if ((dt != end - here_.t || control_.repeated) && !is_visible(dt))
       throw vanished(Eigen::Map<const Vec>(error_.data(), trouble_.empty() ? N_ : 0), blame());
@@ -269,13 +281,22 @@ void IrkStepper::reject(double dt, Rejection why, double error) {
   }
 }
 
+double IrkStepper::way_to_last_stage() const {
+  const double* Z = Z_.data() + Z_.size() - static_cast<std::size_t>(N_);
+  ErrorSum sum;
+  for (int k = 0; k < N_; ++k) sum.add(Z[k] * scales_.inverse[k]);
+  return sum.norm(N_);
+}
+
 /// The step as it is accepted: step size and order of the next one. The size stays as it is when that saves
 /// factorisations.
 void IrkStepper::accept(double dt, double error, double end) {
   const double quotient = control_.quotient(dt, error, f().s + 1, safety_factor(), 1.0 / 8, 5);
   double proposed = control_.propose(dt, quotient);
+  last_.repeated = control_.repeated;
   control_.accept(dt, error);
   iteration_.failures = 0;
+  check_.accept();
   jacobian_.keep = iteration_.theta <= keep_jacobian_below;
   jacobian_.fresh = false;
   const double change = proposed / dt;
@@ -285,6 +306,8 @@ void IrkStepper::accept(double dt, double error, double end) {
   if (dt == end - here_.t) next_.t = end;
   last_.t = here_.t;
   last_.dt = dt;
+  last_.way = way_to_last_stage();
+  last_.distrusted = false;
   last_.level = order_.level;
   last_.y = y_;
   last_.Z.swap(Z_);

@@ -8,6 +8,8 @@
 // Radau methods, J. Comput. Appl. Math. 111, 1999; docs/derivations.md#radau.
 #pragma once
 
+#include <utility>
+
 #include "integrate/compiled/newton_step.hpp"
 #include "integrate/problem/rhs_solver.hpp"
 #include "integrate/solve/predictive_controller.hpp"
@@ -95,12 +97,16 @@ class IrkStepper final : public Stepper {
   /// The last accepted step, for its continuation.
   struct LastStep {
     int level = 0;
-    double t = 0, dt = 0;  ///< dt = 0: there is none
+    double t = 0, dt = 0;     ///< dt = 0: there is none
+    double way = 0;           ///< from its beginning to its last stage, in tolerances
+    bool repeated = false;    ///< it was accepted after rejections
+    bool distrusted = false;  ///< continued, it has led nowhere
     std::vector<double> y, Z;
   };
   struct Work {
     std::vector<double> R, transformed, velocity, lagrange;
-    std::vector<double> weights;  ///< of a sum over the stages
+    std::vector<double> residual;  ///< F at the last stage, in the last iteration
+    std::vector<double> weights;   ///< of a sum over the stages
   };
 
   const IrkFormula& f() const { return *formulas_[order_.level]; }
@@ -110,6 +116,7 @@ class IrkStepper final : public Stepper {
   int first_level() const;
   void prepare_tolerances();
   void set_scales(double dt);
+  void begin_at_here();
   Point expected_end(double dt);
   /// At the start of the step; ahead > 0: where one of this size is expected to end.
   bool evaluate_jacobian(double ahead = 0);
@@ -119,12 +126,14 @@ class IrkStepper final : public Stepper {
   bool factorise_pairs(double dt);
   bool use_code(double dt, bool now);
   void prepare_code();
+  bool is_continued(double dt);
   void start_iteration(double dt);
   void predict(double dt);
   Newton newton(double dt);
   double iterate(double dt);
   double iterate(NewtonCode& code);
   bool plausible(double dt);
+  std::pair<const double*, std::ptrdiff_t> last_residual();
   bool residuals(double dt);
   void solve_stages();
   double error_norm(double dt, bool again);
@@ -138,6 +147,7 @@ class IrkStepper final : public Stepper {
   bool complete(double dt);
   void accept(double dt, double error, double end);
   double safety_factor() const;
+  double way_to_last_stage() const;
   void choose_order(double quotient);
   void reject(double dt, Rejection why, double error = 0);
   void refine(const StepView& step, int level, double t, Point& out);

@@ -338,8 +338,12 @@ void RosenbrockStepper::step(double end) {
   begin_step();
   if (!time_derivative(here_)) code_ = nullptr;
   const int order = std::min(method_->order(), method_->embedded_order()) + 1;
-  for (;;) {
+  for (int failures = 0;; ++failures) {
     poll_interrupt();
+    if (failures == suspicious_failures && settle_again(rhs_)) {
+      begin_step();
+      if (!time_derivative(here_)) code_ = nullptr;
+    }
     const double dt = fitted(dt_, end);
     if ((dt != end - here_.t || control_.repeated) && !is_visible(dt))
       throw vanished(Eigen::Map<const Vec>(scaled_.data(), trouble_.empty() ? N_ : 0), trouble_);

@@ -1,9 +1,11 @@
 #include "integrate/step/stepper.hpp"
 
+#include <algorithm>
 #include <cctype>
 #include <cmath>
 
 #include "base/text.hpp"
+#include "integrate/problem/rhs_solver.hpp"
 #include "integrate/solve/step_controller.hpp"
 
 namespace pendula::integrate {
@@ -22,6 +24,25 @@ double Stepper::cautious_step(double end) const {
   const int count = std::max(1, n());
   return integrate::cautious_step(size.norm(count), slope.norm(count), here_.t,
                                   std::min(end - here_.t, limits_.dt_max));
+}
+
+bool Stepper::settle_again(RhsSolver& rhs) {
+  constexpr double visible = 0.01, near = 1000;  // tolerances; farther away may be another branch
+  if (m() == 0) return false;
+  Point there = here_;
+  try {
+    if (!rhs.settle(there)) return false;
+  } catch (const Failure& f) {
+    return false;
+  }
+  double largest = 0;
+  for (int i = 0; i < m(); ++i) {
+    const double size = std::max(std::fabs(here_.z[i]), std::fabs(there.z[i]));
+    largest = std::max(largest, std::fabs(there.z[i] - here_.z[i]) / weight(n() + i, size));
+  }
+  if (!(largest > visible && largest <= near)) return false;
+  here_ = there;
+  return true;
 }
 
 void hermite(const StepView& step, double t, Point& out) {

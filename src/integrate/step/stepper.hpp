@@ -16,6 +16,8 @@
 
 namespace pendula::integrate {
 
+class RhsSolver;
+
 /// One step of a finished or running integration, as a continuous extension needs it.
 struct StepView {
   Point from, to;
@@ -108,6 +110,12 @@ class Stepper {
     }
     return false;
   }
+  /// Rejections in a row after which a step may begin beside the equations.
+  static constexpr int suspicious_failures = 4;
+  /// Equations without x′ hold within the tolerances, as far as a step could see; where they change by orders of magnitude
+  /// within a tolerance, no step begins there, however small. True, and x′ and z of here() are those of (t, x), where
+  /// that is another point.
+  bool settle_again(RhsSolver& rhs);
   /// The error of a step that vanished beside t. `error`: scaled errors that name the culprit, may be
   /// empty.
   Failure vanished(const Eigen::Ref<const Vec>& error, const std::string& reason) const;

@@ -27,7 +27,6 @@ TangencyMonitor::TangencyMonitor(const ProblemPtr& problem, const std::vector<Ev
 std::optional<Stop> TangencyMonitor::after(const MonitoredStep& step) {
   if (empty_) return {};
   constexpr double near = 0.01;  // of the largest value so far: larger minima are none of our business
-  constexpr double within = 10;  // tolerances: the errors of steps add up
   const std::vector<double>& g = finder_.values();
   std::optional<Stop> stop;
   const bool fresh = seen_.size() != g.size();
@@ -39,7 +38,7 @@ std::optional<Stop> TangencyMonitor::after(const MonitoredStep& step) {
     const double size = std::fabs(seen.last);
     const bool turned =
         !fresh && g[i] * seen.last > 0 && size <= std::fabs(seen.before) && size < std::fabs(g[i]);
-    if (turned && !stop && size <= near * seen.largest && size <= within * uncertainty(i, step.before))
+    if (turned && !stop && size <= near * seen.largest && can_vanish(i, step.before))
       stop = Stop{step.before.t,
                   text("within the tolerances (", rounded(size, 1), ") ", reason,
                        "; if the solution only comes near, ask for smaller tolerances or go on with ",
@@ -65,10 +64,7 @@ double TangencyMonitor::size_between(std::size_t which, const Point& from, const
   if (!solver_) {
     problem_ = std::make_shared<Problem>(*problem_);
     solver_ = std::make_unique<RhsSolver>(problem_, ignored_);
-    conditions_.resize(events_.size());
   }
-  if (conditions_[which].outputs() == 0)
-    conditions_[which] = codegen::Kernel(std::vector{events_[which].when}, problem_->arguments());
   Point p;
   hermite(from, to, share, p);
   try {
@@ -76,10 +72,17 @@ double TangencyMonitor::size_between(std::size_t which, const Point& from, const
   } catch (const Failure&) {
     return 0;
   }
+  return std::fabs(value_at(which, p));
+}
+
+double TangencyMonitor::value_at(std::size_t which, const Point& p) {
+  if (conditions_.empty()) conditions_.resize(events_.size());
+  if (conditions_[which].outputs() == 0)
+    conditions_[which] = codegen::Kernel(std::vector{events_[which].when}, problem_->arguments());
   problem_->place(p.t, p.x.data(), p.xdot.data(), p.z.data());
   double g = 0;
   conditions_[which](problem_->values().data(), &g);
-  return std::fabs(g);
+  return g;
 }
 
 /// Golden section in the last two steps.
@@ -168,8 +171,11 @@ std::optional<double> TangencyMonitor::least_between(std::size_t which, const Po
   return {};
 }
 
-/// Σ |∂g/∂yⱼ| (atolⱼ + rtolⱼ |yⱼ|) over y = (x, z).
-double TangencyMonitor::uncertainty(std::size_t which, const Point& point) {
+/// Can g be 0 where every yⱼ, of (x, z), is off by some tolerances atolⱼ + rtolⱼ |yⱼ|? Its linearisation must say so,
+/// and g itself turn round or change sign on that way: exponentials and sums of positive terms fall without reaching 0.
+bool TangencyMonitor::can_vanish(std::size_t which, const Point& point) {
+  constexpr double within = 10;  // tolerances: the errors of steps add up
+  constexpr int parts = 16;
   const auto& model = problem_->model();
   if (gradients_.empty()) gradients_.resize(events_.size());
   if (gradients_[which].outputs() == 0) {
@@ -180,13 +186,28 @@ double TangencyMonitor::uncertainty(std::size_t which, const Point& point) {
   problem_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
   std::vector<double> slopes(model.x.size() + model.z.size());
   gradients_[which](problem_->values().data(), slopes.data());
-  double sum = 0;
+  const double begin = value_at(which, point);
+  double change = 0;
+  Point end = point;
   for (std::size_t j = 0; j < slopes.size(); ++j) {
     const auto k = static_cast<Eigen::Index>(j);
-    const double y = k < point.x.size() ? point.x[k] : point.z[k - point.x.size()];
-    sum += std::fabs(slopes[j]) * (tolerances_.atol[k] + tolerances_.rtol[k] * std::fabs(y));
+    double& y = k < end.x.size() ? end.x[k] : end.z[k - end.x.size()];
+    const double off = within * (tolerances_.atol[k] + tolerances_.rtol[k] * std::fabs(y));
+    change += std::fabs(slopes[j]) * off;
+    if (slopes[j] != 0) y += slopes[j] * begin > 0 ? -off : off;
   }
-  return sum;
+  if (!(std::fabs(begin) <= change)) return false;
+  double last = std::fabs(begin);
+  Point there = point;
+  for (int k = 1; k <= parts; ++k) {
+    const double share = static_cast<double>(k) / parts;
+    there.x = point.x + share * (end.x - point.x);
+    there.z = point.z + share * (end.z - point.z);
+    const double g = value_at(which, there);
+    if (!(g * begin > 0) || std::fabs(g) > last) return true;
+    last = std::fabs(g);
+  }
+  return false;
 }
 
 }  // namespace pendula::integrate

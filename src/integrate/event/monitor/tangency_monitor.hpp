@@ -44,7 +44,8 @@ class TangencyMonitor : public Monitor {
   struct Values {
     double largest = 0, before = 0, last = 0;
   };
-  double uncertainty(std::size_t which, const Point& point);
+  double value_at(std::size_t which, const Point& p);
+  bool can_vanish(std::size_t which, const Point& point);
   std::optional<double> time_of_zero(std::size_t which, const MonitoredStep& step);
   std::optional<double> zero_inside(std::size_t which, const MonitoredStep& step, double before);
   std::optional<double> least_between(std::size_t which, const Point& from, const Point& to, double low,
