@@ -11,6 +11,7 @@
 #include "dae/model/derivation_markup.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/model/make_model.hpp"
+#include "dae/model/model_key.hpp"
 #include "dae/model/solved_rows.hpp"
 #include "dae/rank/rank.hpp"
 #include "dae/reduce/rank_reason.hpp"
@@ -57,10 +58,13 @@ std::string unknowns_text(const Model& m) {
 }  // namespace
 
 std::vector<Entry> top_jacobian(const Model& m) {
+  static ModelCache<std::vector<Entry>> known(cached_models);  // every start asks for it
+  const ModelKey key = key_of(m);
+  if (const auto* entries = known.find(key)) return *entries;
   std::vector<Expr> unknowns = m.top_derivatives();
   const auto z = m.algebraic();
   unknowns.insert(unknowns.end(), z.begin(), z.end());
-  return sparse_jacobian(m.residuals, unknowns);
+  return known.insert(key, sparse_jacobian(m.residuals, unknowns));
 }
 
 namespace {
