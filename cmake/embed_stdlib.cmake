@@ -15,4 +15,5 @@ add_custom_command(
   DEPENDS pendula_embed ${stdlib_files}
   COMMENT "Compiling the Lua stdlib"
   VERBATIM)
+set_source_files_properties(${embedded} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 target_sources(pendula_lua PRIVATE ${embedded})

@@ -13,60 +13,58 @@
 
 #include <complex>
 
-// Instantiating a class leaves out its member templates, and constructors from a matrix are such. `how` is `extern
+// What is used of a class; a whole class has products of its factors besides, which nobody asks for. `how` is `extern
 // template` here and `template` in decompositions*.cpp.
 #define PENDULA_FACTORISATION(how, Class, Matrix)     \
-  how class Class<Matrix>;                            \
   how Class<Matrix>::Class(const EigenBase<Matrix>&); \
   how Class<Matrix>& Class<Matrix>::compute(const EigenBase<Matrix>&);
 
 #define PENDULA_SPECTRUM(how, Class, Matrix, Option)          \
-  how class Class<Matrix>;                                    \
   how Class<Matrix>::Class(const EigenBase<Matrix>&, Option); \
   how Class<Matrix>& Class<Matrix>::compute(const EigenBase<Matrix>&, Option);
 
 #define PENDULA_SOLUTION(how, Class, Matrix, Right) \
   how void Class<Matrix>::_solve_impl<Right, Right>(const Right&, Right&) const;
 
-#define PENDULA_FACTORISATIONS(how)                                     \
-  PENDULA_FACTORISATION(how, LLT, MatrixXd)                             \
-  PENDULA_FACTORISATION(how, PartialPivLU, MatrixXd)                    \
-  PENDULA_FACTORISATION(how, PartialPivLU, MatrixXcd)                   \
-  PENDULA_FACTORISATION(how, FullPivLU, MatrixXd)                       \
-  PENDULA_FACTORISATION(how, HouseholderQR, MatrixXd)                   \
-  PENDULA_FACTORISATION(how, ColPivHouseholderQR, MatrixXd)             \
-  PENDULA_FACTORISATION(how, ColPivHouseholderQR, MatrixXcd)            \
-  PENDULA_FACTORISATION(how, FullPivHouseholderQR, MatrixXd)            \
-  PENDULA_FACTORISATION(how, CompleteOrthogonalDecomposition, MatrixXd) \
-  PENDULA_SOLUTION(how, LLT, MatrixXd, MatrixXd)                        \
-  PENDULA_SOLUTION(how, LLT, MatrixXd, VectorXd)                        \
-  PENDULA_SOLUTION(how, PartialPivLU, MatrixXd, MatrixXd)               \
-  PENDULA_SOLUTION(how, PartialPivLU, MatrixXd, VectorXd)               \
-  PENDULA_SOLUTION(how, ColPivHouseholderQR, MatrixXd, MatrixXd)        \
-  PENDULA_SOLUTION(how, ColPivHouseholderQR, MatrixXd, VectorXd)        \
-  PENDULA_FACTORISATION(how, LDLT, MatrixXd)                            \
-  PENDULA_SOLUTION(how, LDLT, MatrixXd, MatrixXd)                       \
-  PENDULA_SOLUTION(how, PartialPivLU, MatrixXcd, MatrixXcd)             \
-  PENDULA_SOLUTION(how, FullPivLU, MatrixXd, VectorXd)                  \
-  PENDULA_SOLUTION(how, HouseholderQR, MatrixXd, VectorXd)
+#define PENDULA_TRIANGULAR_FACTORS(how)                     \
+  PENDULA_FACTORISATION(how, LLT, MatrixXd)                 \
+  PENDULA_FACTORISATION(how, LDLT, MatrixXd)                \
+  PENDULA_FACTORISATION(how, PartialPivLU, MatrixXd)        \
+  PENDULA_FACTORISATION(how, PartialPivLU, MatrixXcd)       \
+  PENDULA_FACTORISATION(how, FullPivLU, MatrixXd)           \
+  PENDULA_SOLUTION(how, LLT, MatrixXd, MatrixXd)            \
+  PENDULA_SOLUTION(how, LLT, MatrixXd, VectorXd)            \
+  PENDULA_SOLUTION(how, LDLT, MatrixXd, MatrixXd)           \
+  PENDULA_SOLUTION(how, PartialPivLU, MatrixXd, MatrixXd)   \
+  PENDULA_SOLUTION(how, PartialPivLU, MatrixXd, VectorXd)   \
+  PENDULA_SOLUTION(how, PartialPivLU, MatrixXcd, MatrixXcd) \
+  PENDULA_SOLUTION(how, FullPivLU, MatrixXd, VectorXd)
 
-#define PENDULA_ORTHOGONAL_SOLUTIONS(how)                                    \
+#define PENDULA_ORTHOGONAL_FACTORS(how)                                      \
+  PENDULA_FACTORISATION(how, HouseholderQR, MatrixXd)                        \
+  PENDULA_FACTORISATION(how, ColPivHouseholderQR, MatrixXd)                  \
+  PENDULA_FACTORISATION(how, ColPivHouseholderQR, MatrixXcd)                 \
+  PENDULA_FACTORISATION(how, CompleteOrthogonalDecomposition, MatrixXd)      \
+  PENDULA_SOLUTION(how, HouseholderQR, MatrixXd, VectorXd)                   \
+  PENDULA_SOLUTION(how, ColPivHouseholderQR, MatrixXd, MatrixXd)             \
+  PENDULA_SOLUTION(how, ColPivHouseholderQR, MatrixXd, VectorXd)             \
   PENDULA_SOLUTION(how, CompleteOrthogonalDecomposition, MatrixXd, MatrixXd) \
   PENDULA_SOLUTION(how, CompleteOrthogonalDecomposition, MatrixXd, VectorXd)
 
-#define PENDULA_SPECTRA(how)                                     \
-  PENDULA_FACTORISATION(how, HessenbergDecomposition, MatrixXd)  \
-  PENDULA_FACTORISATION(how, HessenbergDecomposition, MatrixXcd) \
-  PENDULA_FACTORISATION(how, Tridiagonalization, MatrixXd)       \
-  PENDULA_SPECTRUM(how, RealSchur, MatrixXd, bool)               \
-  PENDULA_SPECTRUM(how, ComplexSchur, MatrixXd, bool)            \
-  PENDULA_SPECTRUM(how, ComplexSchur, MatrixXcd, bool)           \
-  PENDULA_SPECTRUM(how, EigenSolver, MatrixXd, bool)             \
-  PENDULA_SPECTRUM(how, ComplexEigenSolver, MatrixXd, bool)      \
-  PENDULA_SPECTRUM(how, ComplexEigenSolver, MatrixXcd, bool)     \
+#define PENDULA_REAL_SPECTRA(how)                               \
+  PENDULA_FACTORISATION(how, HessenbergDecomposition, MatrixXd) \
+  PENDULA_FACTORISATION(how, Tridiagonalization, MatrixXd)      \
+  PENDULA_SPECTRUM(how, RealSchur, MatrixXd, bool)              \
+  PENDULA_SPECTRUM(how, EigenSolver, MatrixXd, bool)            \
   PENDULA_SPECTRUM(how, SelfAdjointEigenSolver, MatrixXd, int)
 
-// The kernels of products and triangular systems, of double and complex numbers (decompositions_products.cpp): every file
+#define PENDULA_COMPLEX_SPECTRA(how)                             \
+  PENDULA_FACTORISATION(how, HessenbergDecomposition, MatrixXcd) \
+  PENDULA_SPECTRUM(how, ComplexSchur, MatrixXd, bool)            \
+  PENDULA_SPECTRUM(how, ComplexSchur, MatrixXcd, bool)           \
+  PENDULA_SPECTRUM(how, ComplexEigenSolver, MatrixXcd, bool)
+
+// The kernels of products and triangular systems, of double and complex numbers (decompositions_spectral.cpp): every file
 // that multiplies two matrices would make its own.
 #define PENDULA_PACKING(how, S, Order)                                                                   \
   how struct gemm_pack_lhs<S, Index, const_blas_data_mapper<S, Index, Order>, gebp_traits<S, S>::mr,     \
@@ -113,9 +111,10 @@ PENDULA_KERNELS(extern template, std::complex<double>)
 
 namespace Eigen {
 
-PENDULA_FACTORISATIONS(extern template)
-PENDULA_ORTHOGONAL_SOLUTIONS(extern template)
-PENDULA_SPECTRA(extern template)
+PENDULA_TRIANGULAR_FACTORS(extern template)
+PENDULA_ORTHOGONAL_FACTORS(extern template)
+PENDULA_REAL_SPECTRA(extern template)
+PENDULA_COMPLEX_SPECTRA(extern template)
 
 extern template class JacobiSVD<MatrixXd>;
 extern template class JacobiSVD<MatrixXcd>;

@@ -2,8 +2,8 @@
 
 namespace Eigen {
 
-PENDULA_FACTORISATIONS(template)
-PENDULA_ORTHOGONAL_SOLUTIONS(template)
+PENDULA_TRIANGULAR_FACTORS(template)
+PENDULA_ORTHOGONAL_FACTORS(template)
 
 }  // namespace Eigen
 

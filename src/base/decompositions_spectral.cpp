@@ -1,7 +1,14 @@
 #include "base/decompositions.hpp"
 
+namespace Eigen::internal {
+
+PENDULA_KERNELS(template, double)
+PENDULA_KERNELS(template, std::complex<double>)
+
+}  // namespace Eigen::internal
+
 namespace Eigen {
 
-PENDULA_SPECTRA(template)
+PENDULA_REAL_SPECTRA(template)
 
 }  // namespace Eigen

@@ -3,7 +3,6 @@
 namespace Eigen {
 
 template class JacobiSVD<MatrixXd>;
-template class JacobiSVD<MatrixXcd>;
 template class BDCSVD<MatrixXd>;
 
 }  // namespace Eigen

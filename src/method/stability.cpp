@@ -105,7 +105,7 @@ Polynomial reflected(const Polynomial& p) {  // p(-x)
   return result;
 }
 
-std::vector<Complex> zeros(const std::vector<Complex>& c) {  // by increasing power
+std::vector<Complex> companion_zeros(const std::vector<Complex>& c) {  // by increasing power
   auto n = static_cast<Eigen::Index>(c.size()) - 1;
   while (n > 0 && std::abs(c[n]) == 0) --n;
   if (n < 1) return {};
@@ -135,7 +135,7 @@ std::optional<double> first_numeric_sign_change(const Polynomial& p) {
   }
   if (c.size() < 2) return {};
   std::vector<double> edges = {0};
-  for (Complex z : zeros(c))
+  for (Complex z : companion_zeros(c))
     if (z.real() > 0 && std::fabs(z.imag()) < 1e-5 * std::abs(z)) edges.push_back(z.real());
   std::sort(edges.begin(), edges.end());
   edges.push_back(2 * edges.back() + 1);
@@ -318,7 +318,7 @@ double Stability::sector() const {
     for (std::size_t k = 0; k < p.size(); ++k) c[k] += p[k];
     for (std::size_t k = 0; k < q.size(); ++k) c[k] -= std::polar(1.0, phi) * q[k];
     double best = pi / 2;
-    for (Complex z : zeros(c))
+    for (Complex z : companion_zeros(c))
       if (z.real() < -1e-7 * (1 + std::abs(z)))
         best = std::min(best, std::atan2(std::fabs(z.imag()), -z.real()));
     return best;
@@ -362,7 +362,7 @@ std::vector<Complex> Stability::boundary(int angles) const {
     const Complex turn = std::polar(1.0, 2 * std::numbers::pi * i / angles);
     for (std::size_t k = 0; k < p.size(); ++k) c[k] += p[k];
     for (std::size_t k = 0; k < q.size(); ++k) c[k] -= turn * q[k];
-    return zeros(c);
+    return companion_zeros(c);
   };
   std::vector<std::vector<Complex>> arcs;
   for (Complex z : roots_at(0)) arcs.push_back({z});

@@ -210,11 +210,13 @@ def compile_commands():
 
 
 def compiled_together(commands, file):
-    """The command of the files of a folder that are compiled as one (pendula_unity in CMakeLists.txt)."""
-    folder = re.sub(r"\W", "_", os.path.dirname(file))
+    """The command of files that are compiled as one (pendula_unity in CMakeLists.txt), among them one of file's folder."""
+    folder = f'#include "{os.path.join(ROOT, os.path.dirname(file))}/'
     for path, entry in commands.items():
-        if f"_{folder}_" in path and "Unity" in path:
-            return entry
+        if "/Unity/" in path:
+            with open(entry["file"], encoding="utf-8") as together:
+                if folder in together.read():
+                    return entry
     fail(f"{file} is compiled by no command")
 
 
@@ -247,12 +249,12 @@ def quick(scratch):
     for name in names:
         add(scratch, ADDITIONS[name][0])
     if "src/dae/reduce/reduce_choice.cpp" not in commands:
-        # Files of a folder are compiled together: one of them cannot be exchanged in a library, but it can be read.
+        # Files are compiled together: one of them cannot be exchanged in a library, but it can be read.
         for name in names:
             for file in ADDITIONS[name][0]:
                 if file.endswith(".cpp"):
                     compile_in(scratch, commands, file)
-        print("syntax only, as files are compiled together (PENDULA_UNITY); ./dev contribute builds and runs it all")
+        print("syntax only, as files are compiled together (PENDULA_FILES_AT_A_TIME); ./dev contribute builds and runs it all")
         return
     for name in names:
         for file in ADDITIONS[name][0]:

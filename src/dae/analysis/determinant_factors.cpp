@@ -18,8 +18,8 @@ namespace {
 
 constexpr std::size_t largest_block = 4;  // determinants are written out up to here
 constexpr std::size_t most_conditions = 6;
-constexpr std::size_t searched = 20;  // unknowns of a model whose consistent points are searched
-constexpr double longest = 60;        // operations of a factor
+constexpr std::size_t searched = 20;   // unknowns of a model whose consistent points are searched
+constexpr double longest_factor = 60;  // operations of a factor
 
 /// Sign of e for all values of its symbols: ±2 strictly, ±1 or zero, 0 unknown.
 class Signs {
@@ -213,7 +213,7 @@ class Factors {
 
   void add_factors(Expr determinant) {
     if (std::abs(signs_.of(determinant)) == 2) return;
-    if (!is_short(determinant, 20 * longest)) {
+    if (!is_short(determinant, 20 * longest_factor)) {
       complete = false;
       return;
     }
@@ -222,7 +222,7 @@ class Factors {
     for (Expr f : found) {
       f = upright(f);
       if (f.is_constant() || std::abs(signs_.of(f)) == 2) continue;
-      if (!is_short(f, longest))
+      if (!is_short(f, longest_factor))
         complete = false;
       else if (std::find(list.begin(), list.end(), f) == list.end())
         list.push_back(f);

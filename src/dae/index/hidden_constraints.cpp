@@ -21,7 +21,7 @@ namespace pendula::dae {
 namespace {
 
 constexpr std::size_t most_rows = 80;
-constexpr double longest = 300;  // operations of a row that is used further
+constexpr double longest_row = 300;  // operations of a row that is used further
 
 class Elimination {
  public:
@@ -104,7 +104,7 @@ class Elimination {
   std::optional<Pivot> cheapest() const {
     std::optional<Pivot> best;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
-      if (rows_[i].done || !is_short(rows_[i].e, longest)) continue;
+      if (rows_[i].done || !is_short(rows_[i].e, longest_row)) continue;
       const auto unknowns = eliminated_in(rows_[i].e);
       const auto slopes = gradient(rows_[i].e, unknowns);
       for (std::size_t k = 0; k < unknowns.size(); ++k) {

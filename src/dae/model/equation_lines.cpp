@@ -10,8 +10,8 @@ namespace {
 
 using Index = Eigen::Index;
 
-constexpr std::size_t longest = 1000;  // characters of a side
-constexpr Index most_split = 60;       // rows; longer columns are not searched for points
+constexpr std::size_t longest_side = 1000;  // characters of a side
+constexpr Index most_split = 60;            // rows; longer columns are not searched for points
 
 Index nonzero(const VecX& v) {
   return std::count_if(v.begin(), v.end(), [](Expr e) { return !e.is_zero(); });
@@ -32,7 +32,7 @@ std::string side(const VecX& v, Notation notation) {
   options.latex = notation == Notation::latex;
   if (const std::string elided = unprintable({v.data(), static_cast<std::size_t>(v.size())}); !elided.empty())
     return elided;
-  if (v.size() == 1) return options.latex ? to_text(v[0], options) : truncated_text(v[0], longest);
+  if (v.size() == 1) return options.latex ? to_text(v[0], options) : truncated_text(v[0], longest_side);
   const Index entries = nonzero(v);
   if (entries == 0) return "0";
   if (entries != 1) return vector_to_text(v, options);

@@ -19,9 +19,9 @@ namespace {
 
 using Index = Eigen::Index;
 
-constexpr double off_domain = 1e-6;     // what must not vanish is larger; starting values are near 1
-constexpr double near_enough = 1e3;     // of a point where something vanishes: not a limit at infinity
-constexpr std::size_t longest = 20000;  // operations of the differentiated equations
+constexpr double off_domain = 1e-6;  // what must not vanish is larger; starting values are near 1
+constexpr double near_enough = 1e3;  // of a point where something vanishes: not a limit at infinity
+constexpr std::size_t longest_differentiated = 20000;  // operations of the differentiated equations
 
 }  // namespace
 
@@ -53,7 +53,7 @@ ConsistentPointRank::ConsistentPointRank(const std::vector<Expr>& residuals, std
                                                                       : total_derivative(rows_.back()));
       stages_.push_back(k - offsets_.c[i]);
     }
-  if (topological(rows_).size() > longest) return;
+  if (topological(rows_).size() > longest_differentiated) return;
   applies_ = true;
   const auto equations = static_cast<std::ptrdiff_t>(rows_.size());
   slopes_.insert(slopes_.end(), nonzero.begin(), nonzero.end());

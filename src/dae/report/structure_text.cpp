@@ -11,7 +11,7 @@
 namespace pendula::dae {
 namespace {
 
-constexpr int written_out = 12;  // larger tables are summarised
+constexpr int most_written = 12;  // larger tables are summarised
 
 std::string unknown_name(const Model& m, int j) { return to_text(m.variables[j].leaf); }
 
@@ -20,7 +20,7 @@ std::string sigma_table(const StructureReport& s) {
   const Model& m = *s.model;
   const Analysis& a = s.analysis;
   const auto n = static_cast<int>(m.variables.size());
-  if (n > written_out || static_cast<int>(m.residuals.size()) > written_out)
+  if (n > most_written || static_cast<int>(m.residuals.size()) > most_written)
     return text("Σ: ", m.residuals.size(), " × ", n, ", ", a.jacobian.size(),
                 " entries in the system Jacobian\n");
   Table table(std::vector<bool>(static_cast<std::size_t>(n) + 2, true));
@@ -51,7 +51,7 @@ std::string blocks_text(const StructureReport& s) {
   const Model& m = *s.model;
   std::string out;
   for (const std::string& line : balance_lines(m, s.blocks)) out += line + "\n";
-  if (s.blocks.square.size() > 1 && s.blocks.square.size() <= written_out) {
+  if (s.blocks.square.size() > 1 && s.blocks.square.size() <= most_written) {
     out += "blocks, each solvable after those before it:\n";
     Table table;
     for (const Part& part : s.blocks.square)

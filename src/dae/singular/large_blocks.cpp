@@ -15,7 +15,7 @@
 namespace pendula::dae {
 namespace {
 
-constexpr std::size_t written_out =
+constexpr std::size_t small_part =
     4;  // equations of a block whose determinant is known (determinant_factors.hpp)
 
 using Row = std::map<int, Expr>;
@@ -258,7 +258,7 @@ std::vector<LargeBlock> found_in(const ModelPtr& source) {
   std::vector<std::vector<const Entry*>> of_row(source->residuals.size());
   for (const Entry& e : a.jacobian) of_row[e.row].push_back(&e);
   for (const Part& part : blocks_of(*source, a).square) {
-    if (part.rows.size() <= written_out) continue;
+    if (part.rows.size() <= small_part) continue;
     std::map<int, int> local;
     for (int j : part.columns) local.emplace(j, static_cast<int>(local.size()));
     std::vector<Row> all, constraints;

@@ -97,7 +97,7 @@ bool add_derivatives(const Model& model, const std::vector<Expr>& wanted, const 
       const Symbol& s = symbol_of(leaf);
       if (s.kind == Kind::variable || s.kind == Kind::constant || known.count(leaf)) continue;
       if (!s.value) return false;  // the derivative of an input of which only numbers are known
-      known[leaf] = evaluate({&*s.value, 1}, {})[0];
+      known[leaf] = evaluate(std::span<const Expr>(&*s.value, 1), {})[0];
     }
     if (const auto found = Extension(array, known).values(wanted)) {
       for (std::size_t i = 0; i < wanted.size(); ++i) values[wanted[i]] = (*found)[i];

@@ -9,7 +9,7 @@ namespace pendula {
 namespace {
 
 constexpr int most_passes = 40;
-constexpr std::size_t most_terms = 2000;
+constexpr std::size_t most_summands = 2000;
 
 using Index = std::size_t;
 constexpr Index nowhere = OrderedTerms::nowhere;
@@ -230,7 +230,7 @@ std::optional<Sum> Simplifier::by_extremes(const OrderedTerms& terms) {
 SumId Simplifier::by_sum_rules(SumId id) {
   for (int round = 0; round < most_passes; ++round) {
     const OrderedTerms terms(ordered_terms(id));
-    if (terms.size() < 2 || terms.size() > most_terms) break;
+    if (terms.size() < 2 || terms.size() > most_summands) break;
     auto shorter = by_squares(terms);
     if (!shorter) shorter = by_angle_sums(terms);
     if (!shorter) shorter = by_tangents(terms);

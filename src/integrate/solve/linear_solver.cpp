@@ -43,8 +43,8 @@ bool is_full(int n, const std::vector<Position>& positions, double share, int mo
 template <class Scalar>
 constexpr bool is_complex = std::is_same_v<Scalar, std::complex<double>>;
 
-double magnitude(double a) { return std::fabs(a); }
-double magnitude(std::complex<double> a) { return std::fabs(a.real()) + std::fabs(a.imag()); }
+double size_of_entry(double a) { return std::fabs(a); }
+double size_of_entry(std::complex<double> a) { return std::fabs(a.real()) + std::fabs(a.imag()); }
 
 // CAUTION: the operators of std::complex look for infinities on every product; these do not.
 double times(double a, double b) { return a * b; }
@@ -172,7 +172,7 @@ struct LinearSolver<Scalar>::Sparse {
     std::fill(values.begin(), values.end(), Scalar(0));
     for (std::size_t k = 0; k < positions.size(); ++k) values[target[k]] += given[k];
     for (const Scalar& v : values)
-      if (!std::isfinite(magnitude(v))) return false;
+      if (!std::isfinite(size_of_entry(v))) return false;
     int *ap = column_start.data(), *ai = row.data();
     constexpr double harmless_growth = 1e-6;
     if (numeric && klu_again(values.data(), ap, ai, symbolic, numeric, &common) && common.status == KLU_OK &&
@@ -329,7 +329,7 @@ bool LinearSolver<Scalar>::factorise_dense(const Scalar* values) {
   for (int i = 0; i < n; ++i) {
     double largest = 0;
     for (int j = 0; j < n; ++j) {
-      const double size = magnitude(a[i * n + j]);
+      const double size = size_of_entry(a[i * n + j]);
       if (!(size <= std::numeric_limits<double>::max())) return false;
       largest = std::max(largest, size);
     }
@@ -340,7 +340,7 @@ bool LinearSolver<Scalar>::factorise_dense(const Scalar* values) {
     int best = k;
     double best_size = 0;
     for (int i = k; i < n; ++i) {
-      const double size = magnitude(a[i * n + k]) * row_scale_[i];
+      const double size = size_of_entry(a[i * n + k]) * row_scale_[i];
       if (size > best_size) {
         best_size = size;
         best = i;

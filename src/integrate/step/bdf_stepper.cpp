@@ -10,7 +10,7 @@
 namespace pendula::integrate {
 namespace {
 
-constexpr int most_iterations = 4;
+constexpr int most_corrections = 4;
 /// κ of the NDF: larger steps than BDF at a small loss of stability; 0 at order 5.
 constexpr std::array<double, 6> kappa = {0, -0.1850, -1.0 / 9, -0.0823, -0.0415, 0};
 /// γₖ = Σ_{j ≤ k} 1/j
@@ -260,7 +260,7 @@ BdfStepper::Newton BdfStepper::newton(double t) {
   double* at = problem_->unknowns();
   std::fill(attempt_.d.begin(), attempt_.d.end(), 0.0);
   double before = 0;
-  for (iteration_.count = 1; iteration_.count <= most_iterations; ++iteration_.count) {
+  for (iteration_.count = 1; iteration_.count <= most_corrections; ++iteration_.count) {
     for (int k = 0; k < N_; ++k) {
       const auto i = static_cast<std::size_t>(k);
       attempt_.y[i] = attempt_.predicted[i] + attempt_.d[i];
@@ -285,7 +285,7 @@ BdfStepper::Newton BdfStepper::newton(double t) {
     const bool negligible = length <= 1e-3 * iteration_.tolerance;  // whatever the rate: rounding has none
     if (iteration_.count > 1 && !negligible &&
         (rate >= 1 ||
-         std::pow(rate, most_iterations - iteration_.count) / (1 - rate) * length > iteration_.tolerance))
+         std::pow(rate, most_corrections - iteration_.count) / (1 - rate) * length > iteration_.tolerance))
       break;
     for (std::size_t i = 0; i < attempt_.d.size(); ++i) attempt_.d[i] -= attempt_.r[i];
     const bool small =
@@ -333,7 +333,7 @@ void BdfStepper::update_differences() {
 
 /// Fewer iterations than allowed are a sign that the step may be longer.
 double BdfStepper::safety_factor() const {
-  return 0.9 * (2 * most_iterations + 1) / (2 * most_iterations + iteration_.count);
+  return 0.9 * (2 * most_corrections + 1) / (2 * most_corrections + iteration_.count);
 }
 
 void BdfStepper::choose_order(double error) {

@@ -55,14 +55,14 @@ template <class Row>
                                           double* out) {
   combined(n, x, h, row, K, out);
 }
-const bool has_avx2 = __builtin_cpu_supports("avx2");
+const bool with_avx2 = __builtin_cpu_supports("avx2");
 #endif
 
 template <class Row>
 void combine(int n, const double* x, double h, const Row& row, const double* K, double* out) {
 #if defined(__x86_64__) && defined(__GNUC__)
   constexpr int large = 12;
-  if (n >= large && has_avx2) return combine_avx2(n, x, h, row, K, out);
+  if (n >= large && with_avx2) return combine_avx2(n, x, h, row, K, out);
 #endif
   combined(n, x, h, row, K, out);
 }

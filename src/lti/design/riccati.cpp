@@ -143,7 +143,7 @@ bool stabilises(const RiccatiProblem& p, const ComplexVec& poles) {
   return true;
 }
 
-ComplexVec eigenvalues(const Mat& A) { return Eigen::EigenSolver<Mat>(A, false).eigenvalues(); }
+ComplexVec poles_of(const Mat& A) { return Eigen::EigenSolver<Mat>(A, false).eigenvalues(); }
 
 /// Newton's method from a stabilising X: (A - BK)ᵀD + D(A - BK) + residual = 0, as long as the residual falls.
 void refine(const RiccatiProblem& p, RiccatiSolution& s) {
@@ -165,7 +165,7 @@ void refine(const RiccatiProblem& p, RiccatiSolution& s) {
     now = next;
   }
   s.residual = now.relative;
-  s.poles = eigenvalues(p.A - p.B * s.K);
+  s.poles = poles_of(p.A - p.B * s.K);
 }
 
 /// A stabilising solution to begin with.
@@ -180,7 +180,7 @@ std::optional<RiccatiSolution> first_solution(const RiccatiProblem& p) {
     const auto X = sign ? by_sign(r) : by_doubling(r, p.continuous);
     if (!X || !X->allFinite()) continue;
     RiccatiSolution s{scale * *X, gain(p, scale * *X), {}, 0};
-    if (s.K.allFinite() && stabilises(p, eigenvalues(p.A - p.B * s.K))) return s;
+    if (s.K.allFinite() && stabilises(p, poles_of(p.A - p.B * s.K))) return s;
   }
   return {};
 }
@@ -197,7 +197,7 @@ std::optional<RiccatiSolution> start_without_weight(const RiccatiProblem& p) {
   const Mat cost = p.Q + s->K.transpose() * p.R * s->K - p.S * s->K - (p.S * s->K).transpose();
   s->X = numbers(lyapunov(expressions(closed.transpose()), expressions(symmetric(cost)), false));
   s->K = gain(p, s->X);
-  if (!s->K.allFinite() || !stabilises(p, eigenvalues(p.A - p.B * s->K)))
+  if (!s->K.allFinite() || !stabilises(p, poles_of(p.A - p.B * s->K)))
     throw Error("R + BᵀXB is singular: give the inputs that cost nothing a weight in R");
   return s;
 }

@@ -21,12 +21,12 @@ std::string with_article(const std::string& noun) {
 namespace {
 
 /// What the row's name says about its arguments.
-struct Kind {
+struct RowKind {
   bool method = false;  ///< argument 1 stands before a colon or an opening parenthesis
   bool binary = false;  ///< an operator: arguments 1 and 2 stand left and right of it
 };
 
-Kind kind_of(const Row& row) {
+RowKind kind_of(const Row& row) {
   const char* method = std::strpbrk(row.name, ":#");
   if (!method) return {};
   ++method;
@@ -56,7 +56,7 @@ std::string Call::usage() const {
 }
 
 void Call::wrong(int i, const char* name, const std::string& expected) const {
-  const Kind kind = kind_of(row);
+  const RowKind kind = kind_of(row);
   if (i == 2 && std::string_view(row.name).ends_with(":__index") && lua_type(L, 2) == LUA_TSTRING)
     unknown_member(L, object_type(L, 1).c_str());
   const std::string got = i <= count_ ? describe(L, i) : "nothing";

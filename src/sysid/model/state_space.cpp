@@ -290,7 +290,7 @@ StateSpaceModel observer_form(const IdModel& m) {
 namespace {
 
 /// Entries as they are printed: seven digits, rounding next to larger entries is zero.
-MatX presentable(const Mat& m) {
+MatX presentable_matrix(const Mat& m) {
   const double size = m.size() > 0 ? m.cwiseAbs().maxCoeff() : 0;
   MatX out(m.rows(), m.cols());
   for (Index i = 0; i < m.rows(); ++i)
@@ -311,8 +311,8 @@ std::string matrices(const IdModel& model) {
     D.rightCols(p) = Mat::Identity(p, p);
   }
   if (B.cols() == 0) return "";
-  lti::System g = lti::make_ss(presentable(s.A), presentable(B), presentable(s.C), presentable(D),
-                               Expr(model.outputs[0].Ts));
+  lti::System g = lti::make_ss(presentable_matrix(s.A), presentable_matrix(B), presentable_matrix(s.C),
+                               presentable_matrix(D), Expr(model.outputs[0].Ts));
   g.input_names = model.outputs[0].u_names;
   for (Index i = 0; noise && i < p; ++i)
     g.input_names.push_back(p == 1 ? "e" : "e" + subscript(static_cast<long>(i + 1)));

@@ -1,8 +1,0 @@
-#include "base/decompositions.hpp"
-
-namespace Eigen::internal {
-
-PENDULA_KERNELS(template, double)
-PENDULA_KERNELS(template, std::complex<double>)
-
-}  // namespace Eigen::internal
