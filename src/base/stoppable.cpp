@@ -90,7 +90,7 @@ class Child {
   Matrices answer() {
     Answer kind{};
     if (!receive(&kind, 1))
-      throw Failure("the process that computed it ended unexpectedly; there may be too little memory");
+      throw ChildEnded("the process that computed it ended unexpectedly; there may be too little memory");
     if (kind == Answer::no_memory) throw std::bad_alloc();
     if (kind == Answer::failure) throw Failure(rest());
     if (kind == Answer::error) throw Error(rest());
@@ -99,7 +99,7 @@ class Child {
     while (receive(shape, sizeof shape)) {
       Eigen::MatrixXd& m = matrices.emplace_back(shape[0], shape[1]);
       if (!receive(m.data(), static_cast<std::size_t>(m.size()) * sizeof(double)) && m.size() > 0)
-        throw Failure("the process that computed it ended before its result was complete");
+        throw ChildEnded("the process that computed it ended before its result was complete");
     }
     return matrices;
   }

@@ -337,7 +337,8 @@ double h2_norm(const System& given) {
 namespace {
 
 double peak_at(const Evaluator& at, double w) {
-  return Eigen::JacobiSVD<ComplexMat>(at(w)).singularValues()[0];
+  const ComplexMat G = at(w);
+  return G.size() == 0 ? 0 : Eigen::JacobiSVD<ComplexMat>(G).singularValues()[0];
 }
 
 /// Frequencies at which a singular value of G(iω) equals gamma: imaginary eigenvalues of the Hamiltonian

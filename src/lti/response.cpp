@@ -247,6 +247,8 @@ Vec response_times(const System& given, std::optional<double> to) {
     if (p.imag() != 0 && decay < 3 * std::fabs(p.imag())) fastest = std::max(fastest, std::fabs(p.imag()));
   }
   double end = to ? *to : longest > 0 ? nice_up((forever ? 1.5 : 1) * longest) : Ts > 0 ? 20 * Ts : 10;
+  if (!std::isfinite(end))
+    throw Error("the slowest pole takes longer than a number can say; give the times, or the last of them");
   if (Ts > 0) {
     const double steps = std::floor(end / Ts + 1e-9);
     if (steps > 1e6)

@@ -166,3 +166,16 @@ test("channels that share a pole on the axis are semisimple; filters speak of wh
     expect(function() design(blind, 1, 1) end):fails "y does not see a mode that does not decay: not observable"
   end
 end)
+
+test("systems without outputs, and poles too slow for a number", function()
+  local silent = ss({ { -1 } }, { { 1 } }, {}, {})
+  for _, design in ipairs { kalman, lqe } do
+    expect(function() design(silent, 1, {}) end):fails "the system has no outputs to filter"
+  end
+  expect(silent:norm(1/0)):equals(0)
+  local slow = ss({ { 5e-324 } }, { { 1 } }, { { 1 } }, { { 0 } })
+  for _, name in ipairs { "step", "impulse" } do
+    expect(function() slow[name](slow) end):fails "the slowest pole takes longer than a number can say"
+  end
+  expect(#slow:step(1).t > 1):equals(true)
+end)

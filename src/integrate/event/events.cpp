@@ -182,6 +182,7 @@ void EventFinder::take_over(const EventFinder& before, std::size_t events) {
   std::copy_n(before.ignored_.begin(), events, ignored_.begin());
   std::copy_n(before.finite_.begin(), events, finite_.begin());
   std::copy_n(before.largest_.begin(), events, largest_.begin());
+  phases_.uncounted = before.phases_.uncounted;
   end_ = before.end_;
   span_ = before.span_;
 }
@@ -287,9 +288,9 @@ bool EventFinder::oscillates(const Sample& a, const Sample& b, int depth) {
     if (depth < (phases_.uncounted > many ? coarse : close)) return true;
     const Event& event = (*events_)[i];
     if (++phases_.uncounted > many && !event.surface && event.termination_reason.empty())
-      throw Failure(text("the condition of an event, ", to_text(event.when),
-                         ", oscillates too fast to be followed, ",
-                         "thousands of times in a step; leave the event out, or limit the steps by dtmax"));
+      throw Oscillation(
+          text("the condition of an event, ", to_text(event.when), ", oscillates too fast to be followed, ",
+               "thousands of times in a step; leave the event out, or limit the steps by dtmax"));
   }
   return false;
 }

@@ -44,6 +44,12 @@ struct EventList {
   std::function<void(Point&, const std::vector<int>& reset)> reinitialise;
 };
 
+/// The condition of an event turns faster than steps can be; shorter ones would show no more of it.
+class Oscillation : public Failure {
+ public:
+  using Failure::Failure;
+};
+
 /// Finds the first root inside a step.
 ///
 /// A step is looked at in pieces. Between two samples a change of sign is a root; where the slopes say that g

@@ -50,6 +50,44 @@ bool may_leave_domain(Expr node) {
   }
 }
 
+bool is_function(Expr e, Op op) { return !e.is_constant() && !e.is_symbol() && e.op() == op; }
+
+/// v where √e = |v| …: e = v², v⁶, c v².
+Expr base_of_square(Expr e) {
+  if (e.is_constant() || e.is_symbol()) return {};
+  if (e.op() == Op::mul && e.operand(0) == e.operand(1)) return e.operand(0);
+  if (e.op() == Op::mul && e.operand(0).is_constant()) return base_of_square(e.operand(1));
+  if (e.op() == Op::mul && e.operand(1).is_constant()) return base_of_square(e.operand(0));
+  if (!is_even_power(e)) return {};
+  return mpz_divisible_ui_p(exact_value(e.operand(1))->get_num_mpz_t(), 4) ? Expr() : e.operand(0);
+}
+
+/// A function that has a kink or a jump, but no branch that could be held fixed, where this vanishes: atan2(y, x) at
+/// y = 0, asin(sin u) at cos u = 0, √(v²) at v = 0. A constant where there is none.
+Expr bare_border(Expr node) {
+  if (node.is_constant() || node.is_symbol() || node.operands().empty()) return {};
+  const Expr a = is_function(node.operand(0), Op::neg) ? node.operand(0).operand(0) : node.operand(0);
+  switch (node.op()) {
+    case Op::atan2:
+      return a;
+    case Op::asin:
+    case Op::acos:
+      return is_function(a, Op::sin)   ? cos(a.operand(0))
+             : is_function(a, Op::cos) ? sin(a.operand(0))
+                                       : Expr();
+    case Op::atan:
+      return is_function(a, Op::tan) ? cos(a.operand(0)) : Expr();
+    case Op::sqrt:
+      return base_of_square(a);
+    case Op::pow:
+      return exact_value(node.operand(1)) && *exact_value(node.operand(1)) == mpq_class(1, 2)
+                 ? base_of_square(a)
+                 : Expr();
+    default:
+      return {};
+  }
+}
+
 std::vector<Expr> equations_of(const dae::FirstOrder& form) {
   std::vector<Expr> all = form.F;
   all.insert(all.end(), form.f.begin(), form.f.end());
@@ -63,7 +101,7 @@ PiecewiseForm::PiecewiseForm(dae::FirstOrder form, std::span<const double> value
   const std::vector<Expr> equations = equations_of(form_);
   const std::vector<Expr> nodes = topological(equations);
   if (std::none_of(nodes.begin(), nodes.end(),
-                   [](Expr e) { return switches(e.op()) || e.op() == Op::atan2; }))
+                   [](Expr e) { return switches(e.op()) || !bare_border(e).is_constant(); }))
     return;
   find_branches(nodes);
   if (surfaces_.empty()) return;
@@ -82,9 +120,10 @@ PiecewiseForm::PiecewiseForm(dae::FirstOrder form, std::span<const double> value
 void PiecewiseForm::find_branches(const std::vector<Expr>& nodes) {
   for (Expr node : nodes) {
     const Op op = node.op();
-    if (op == Op::atan2 && !node.operand(0).is_constant()) {  // the cut; no branch of it can be held fixed
+    if (const Expr bare = bare_border(node);
+        !bare.is_constant() && (op == Op::atan2 || dae::sign_of(bare) == 0)) {
       bool reversed = false;
-      surface_of(node.operand(0), reversed);
+      surface_of(bare, reversed);
     }
     if (!switches(op)) continue;
     const bool two = op != Op::abs && op != Op::sign;

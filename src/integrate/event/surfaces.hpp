@@ -14,6 +14,9 @@
 //
 //   x′ = 2 - abs(x)   →   x′ = 2 - σx,  σ = ±1, and the surface 0 = x
 //
+// Functions that switch without a branch (atan2, asin(sin u), acos(cos u), atan(tan u), √(v²)) are evaluated as they are
+// written, in steps that end on their borders.
+//
 // A branch is never frozen where a root or a logarithm could leave its domain behind the border. A run may
 // thaw borders on which the equations are continuous, where locating does not pay: they are evaluated as they
 // are written from then on, and the error control sees to the kinks.

@@ -42,7 +42,7 @@ class FixedStepMonitors : public MonitorList {
       : divisors_(problem, plan.guards),
         ranks_(problem, plan.blocks, 1e-6, plan.sizes),
         roots_(problem, plan.guards),
-        domain_(*problem, plan.guards, 1e-6, plan.check_singularities),
+        domain_(*problem, plan.guards, Tolerances::uniform(problem->n(), 1e-6, 0), plan.check_singularities),
         problem_(problem),
         empty_(plan.guards.empty() && plan.blocks.empty()) {
     if (empty_) return;

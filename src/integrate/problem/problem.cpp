@@ -59,6 +59,7 @@ void Problem::set_numbers(const Vec& parameters, std::vector<Input> inputs) {
     throw Error(text("the input ", name, " has no values; give inputs = { ", name, " = function(t) … end }"));
   }
   std::copy(parameters.begin(), parameters.end(), values_.end() - parameters.size());
+  ++version_;
 }
 
 void Problem::accelerate() {

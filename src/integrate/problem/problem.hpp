@@ -57,7 +57,7 @@ class Problem {
   }
   /// Gives the last parameters new values: the modes of piecewise equations (surfaces.hpp).
   void set_modes(const std::vector<double>& modes);
-  /// Another number after every change of the modes: what was factorised before is stale.
+  /// Another number after every change of the modes or parameters: what was factorised before is stale.
   unsigned version() const { return version_; }
 
   /// Conditions that every mesh point is moved onto; in states, inputs, parameters and t.

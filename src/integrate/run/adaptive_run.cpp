@@ -19,7 +19,9 @@
 #include "integrate/plan/stall_detector.hpp"
 #include "integrate/run/event_handler.hpp"
 #include "integrate/run/method_selector.hpp"
+#include "integrate/solution/carried_errors.hpp"
 #include "integrate/solution/rounding_watch.hpp"
+#include "integrate/step/hermite.hpp"
 
 namespace pendula::integrate {
 
@@ -41,9 +43,9 @@ class AdaptiveRun {
         modes_(state_, method_),
         monitors_(state_.problem, state_.plan, state_.finder, *state_.history),
         events_(state_, modes_, monitors_),
-        domain_(*state_.problem, state_.plan.guards, state_.plan.tolerances.rtol.minCoeff(),
-                state_.plan.check_singularities),
+        domain_(*state_.problem, state_.plan.guards, state_.plan.tolerances, state_.plan.check_singularities),
         peaks_(*state_.problem, state_.plan.tolerances, state_.problem->is_ode()),
+        carried_(*state_.problem, state_.plan.tolerances, state_.plan.events.list),
         rounding_(*state_.problem, state_.plan.tolerances, state_.plan.variable_index) {}
 
   std::shared_ptr<Solution> solution() { return state_.solution; }
@@ -62,6 +64,7 @@ class AdaptiveRun {
     state_.writer.begin(first_);
     monitors_.start(first_);
     domain_.start(first_);
+    carried_.after(first_, 0, plan().to - first_.t);
     peaks_.restart(state_.problem, first_);
     ended_ = events_.settle();
   }
@@ -90,6 +93,8 @@ class AdaptiveRun {
         outcome.message += plan().ways_on(point_near(outcome.t), names_factor(outcome.message));
     } catch (const Interrupted&) {  // the solution up to here is kept, without them
     }
+    state_.stats().carried = carried_.at(stepper().here(), state_.reached - plan().from);
+    state_.stats().rest = carried_.rest(stepper().here());
     state_.solution->finish(std::move(outcome), state_.stats(), seconds);
   }
 
@@ -106,14 +111,16 @@ class AdaptiveRun {
     step();
     if (!plan().monitored_inputs.empty() && repeated_up_to_jump()) return;
     if (has_passed_pole(outcome)) return;
-    if (peaks_.missed(state_.problem, stepper().before(), stepper().here())) {
-      if (events_.repeated_shorter()) return restart_monitors();
+    if (const double off = peaks_.missed(state_.problem, stepper().before(), stepper().here())) {
+      if (!peaks_.is_tired() && events_.repeated_shorter()) return restart_monitors();
+      state_.stats().errors += off;
       peaks_.restart(state_.problem, stepper().here());
     }
     state_.view_step();
     if (modes_.has_missed_excursion() && events_.repeated_shorter()) return restart_monitors();
     if (events_.after_step(outcome)) return restart_monitors();
     state_.keep(stepper().here(), false);
+    carried_.after(stepper().here(), state_.stats().errors, plan().to - stepper().here().t);
     if (!stepper().is_explicit() && rounding_.wants(state_.stats().steps))
       rounding_.after(*state_.problem, stepper().before(), stepper().here(), state_.stats().steps);
     const bool done = stepper().here().t >= plan().to;
@@ -255,6 +262,7 @@ class AdaptiveRun {
   EventHandler events_;
   DomainMonitor domain_;
   PeakMonitor peaks_;
+  CarriedErrors carried_;
   RoundingWatch rounding_;
   StallDetector stall_;
   bool ended_ = false;  ///< by an event at the start

@@ -16,6 +16,8 @@ bool EventHandler::after_step(RunOutcome& outcome) {
     std::optional<EventFinder::Hit> hit;
     try {
       hit = state_.finder.find(state_.stepper(), state_.view);
+    } catch (const Oscillation&) {
+      throw;
     } catch (const Failure&) {  // no z inside the step: it has passed a point where equations are singular
       if (state_.plan.guards.empty() || !first_in_step_ || !repeated_shorter()) throw;
       return true;

@@ -1,6 +1,8 @@
 // Cost of an integration, in counts.
 #pragma once
 
+#include <optional>
+
 namespace pendula::integrate {
 
 struct Stats {
@@ -10,7 +12,9 @@ struct Stats {
   long jacobians = 0;    ///< of F, one per point
   long factorisations = 0;
   long newton_iterations = 0;
-  double errors = 0;  ///< of the steps, as they are estimated, in tolerances: the sum
+  double errors = 0;   ///< of the steps, as they are estimated, in tolerances: the sum
+  double carried = 0;  ///< what they have become at the end, if it is known (solution/carried_errors.hpp)
+  std::optional<double> rest;  ///< when the solution almost stood still before it moved
 };
 
 }  // namespace pendula::integrate

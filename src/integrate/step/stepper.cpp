@@ -7,6 +7,7 @@
 #include "base/text.hpp"
 #include "integrate/problem/rhs_solver.hpp"
 #include "integrate/solve/step_controller.hpp"
+#include "integrate/step/hermite.hpp"
 
 namespace pendula::integrate {
 
@@ -46,14 +47,8 @@ bool Stepper::settle_again(RhsSolver& rhs) {
 }
 
 void hermite(const StepView& step, double t, Point& out) {
-  const double h = step.to.t - step.from.t, u = (t - step.from.t) / h, v = 1 - u;
-  const double a = v * v * (1 + 2 * u), b = u * u * (3 - 2 * u), c = h * u * v * v, d = -h * u * u * v;
-  const double da = 6 * u * v / h, dc = v * (1 - 3 * u), dd = u * (3 * u - 2);
-  const Point &p = step.from, &q = step.to;
+  hermite(step.from, step.to, (t - step.from.t) / (step.to.t - step.from.t), out);
   out.t = t;
-  out.x = a * p.x + b * q.x + c * p.xdot + d * q.xdot;
-  out.xdot = da * (q.x - p.x) + dc * p.xdot + dd * q.xdot;
-  out.z = v * p.z + u * q.z;
 }
 
 Failure Stepper::vanished(const Eigen::Ref<const Vec>& error, const std::string& reason) const {

@@ -8,6 +8,8 @@
 
 namespace pendula::integrate {
 
+bool EnsembleClient::rejects(int, int, const Point&, const Point&, const double*) { return false; }
+
 Ensemble::Ensemble(std::shared_ptr<const LaneCode> code, EnsemblePlan plan)
     : code_(std::move(code)),
       plan_(std::move(plan)),
@@ -173,6 +175,26 @@ void Ensemble::look(EnsembleClient& client, int l, std::vector<int>& free) {
   }
 }
 
+void Ensemble::end_of(const Numbers& numbers, int l, Point& out) const {
+  const auto number = [&](int k) { return numbers[k * W_ + l]; };
+  out.t = number(lane::t);
+  out.x.resize(n_);
+  out.xdot.resize(n_);
+  for (int k = 0; k < n_; ++k) {
+    out.x[k] = number(code_->x() + k);
+    out.xdot[k] = number(code_->xdot() + k);
+  }
+}
+
+/// state_ is the beginning of the lane's step, out_ the end.
+bool Ensemble::is_rejected(EnsembleClient& client, int l) {
+  if (!(at(out_, lane::t, l) > at(state_, lane::t, l))) return false;
+  end_of(state_, l, step_from_);
+  end_of(out_, l, step_to_);
+  for (int k = 0; k < p_; ++k) row_[k] = at(state_, code_->p() + k, l);
+  return client.rejects(l, set_[l], step_from_, step_to_, row_.data());
+}
+
 void Ensemble::run(EnsembleClient& client) {
   ready_set_.assign(static_cast<std::size_t>(W_), -1);
   next_ready_ = W_;
@@ -181,13 +203,21 @@ void Ensemble::run(EnsembleClient& client) {
   std::vector<int> free;
   free.reserve(static_cast<std::size_t>(W_));
   for (int l = 0; l < W_; ++l) load(client, l);
+  const bool watched = client.watches_steps();
   const double* attention = out_.data() + code_->changing() * W_;
   const auto changing = code_->changing() * W_;
   while (std::any_of(set_.begin(), set_.end(), [](int set) { return set >= 0; })) {
     poll_interrupt();
     code_->step(state_.data(), out_.data(), work_.data());
-    for (int l = 0; l < W_; ++l)
-      if (attention[l] != 0 && set_[l] >= 0) look(client, l, free);
+    for (int l = 0; l < W_; ++l) {
+      if (set_[l] < 0) continue;
+      if (watched && is_rejected(client, l)) {
+        client.abandoned(set_[l]);
+        free.push_back(l);
+      } else if (attention[l] != 0) {
+        look(client, l, free);
+      }
+    }
     std::copy_n(out_.data(), changing, state_.data());
     for (int l : free) load(client, l);
     free.clear();

@@ -25,6 +25,10 @@ class EnsembleClient {
   virtual void finished(int set, const Stats& stats) = 0;
   /// Not finite, step size vanished, too many steps, stiff: a run of its own must treat it or say what is wrong.
   virtual void abandoned(int set) = 0;
+  /// Does it want to see every step?
+  virtual bool watches_steps() const { return false; }
+  /// After a step of a lane: has the run to be abandoned?
+  virtual bool rejects(int lane, int set, const Point& from, const Point& to, const double* p);
 };
 
 struct EnsemblePlan {
@@ -48,6 +52,8 @@ class Ensemble {
   bool prepare_starts(EnsembleClient& client);
   void load(EnsembleClient& client, int l);
   void look(EnsembleClient& client, int l, std::vector<int>& free);
+  bool is_rejected(EnsembleClient& client, int l);
+  void end_of(const Numbers& numbers, int l, Point& out) const;
   void add_between(EnsembleClient& client, int l, int place, double t);
   void flush(EnsembleClient& client);
   void tell(EnsembleClient& client, const Numbers& from, int first, int l, const Numbers& p_from, int p_first,
@@ -75,6 +81,7 @@ class Ensemble {
     Stats stats;
   };
   std::vector<Done> done_;
+  Point step_from_, step_to_;
 };
 
 }  // namespace pendula::integrate

@@ -8,6 +8,7 @@
 #include "dae/model/first_order.hpp"
 #include "dae/model/lineage.hpp"
 #include "integrate/event/monitor/guards.hpp"
+#include "integrate/event/monitor/peak_monitor.hpp"
 #include "integrate/run/adaptive_run.hpp"
 #include "integrate/run/methods.hpp"
 #include "integrate/simulation/problem_setup.hpp"
@@ -166,6 +167,7 @@ bool LaneSweep::map_arguments(const Problem& problem, const std::vector<Expr>& a
 }
 
 void LaneSweep::map_sets(const Problem& problem) {
+  problem_ = std::make_shared<Problem>(problem);
   const dae::FirstOrder& form = problem.model();
   form_ = std::make_shared<const dae::FirstOrder>(form);
   parameters_.assign(problem.values().end() - static_cast<std::ptrdiff_t>(form.p.size()),
@@ -189,6 +191,11 @@ class LaneSweep::Client : public EnsembleClient {
   Client(const LaneSweep& sweep, SharedSlots& slots, TaskQueue& queue, int most,
          const std::function<void(int)>& progress)
       : sweep_(sweep), slots_(slots), queue_(queue), left_(most), progress_(progress), poles_(*sweep.form_) {
+    const Tolerances tolerances{sweep.plan_.rtol, sweep.plan_.atol};
+    for (int l = 0; l < sweep.lanes(); ++l) {
+      peaks_.push_back({PeakMonitor(*sweep.problem_, tolerances, true)});
+      if (peaks_.front().monitor.is_empty()) break;
+    }
     base_.assign(sweep.x_.size(), 0);
     if (sweep.plain_start_)
       for (const auto& [leaf, value] : sweep.request_->simulation.start->request.fix)
@@ -228,6 +235,18 @@ class LaneSweep::Client : public EnsembleClient {
   void abandoned(int run) override {
     poles_.changed(run);
     end(run, SharedSlots::State::apart);
+  }
+  bool watches_steps() const override { return !peaks_.front().monitor.is_empty(); }
+  /// Looks for a peak that the step has jumped over: a run of its own goes back before it.
+  bool rejects(int lane, int run, const Point& from, const Point& to, const double* p) override {
+    LanePeaks& peaks = peaks_[lane];
+    if (peaks.run != run) {
+      peaks.run = run;
+      if (!peaks.problem) peaks.problem = std::make_shared<Problem>(*sweep_.problem_);
+      peaks.problem->set_numbers(Eigen::Map<const Vec>(p, static_cast<Eigen::Index>(sweep_.p_.size())), {});
+      peaks.monitor.restart(peaks.problem, from);
+    }
+    return peaks.monitor.missed(peaks.problem, from, to) != 0;
   }
   /// Nothing of this worker is left running.
   void give_back() {
@@ -275,6 +294,13 @@ class LaneSweep::Client : public EnsembleClient {
   int left_;
   const std::function<void(int)>& progress_;
   PoleSigns poles_;
+  /// One for each lane; with the run that it looks at, and its numbers.
+  struct LanePeaks {
+    PeakMonitor monitor;
+    int run = -1;
+    ProblemPtr problem;
+  };
+  std::vector<LanePeaks> peaks_;
   std::vector<double> base_;
   std::vector<int> mine_;  ///< that are running
 };

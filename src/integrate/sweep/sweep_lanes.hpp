@@ -31,6 +31,7 @@ class LaneSweep {
   std::shared_ptr<const LaneCode> code_;
   EnsemblePlan plan_;
   std::string method_;
+  ProblemPtr problem_;                   ///< of the first set
   std::vector<double> parameters_;       ///< of the first set, p
   std::vector<std::pair<Expr, int>> p_;  ///< where parameters are in p
   std::vector<Expr> x_;                  ///< the states

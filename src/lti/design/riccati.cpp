@@ -300,6 +300,7 @@ RiccatiSolution lqi(const System& given, const Mat& Q, const Mat& R) {
 RiccatiSolution kalman(const System& given, const Mat& Q, const Mat& R) {
   RiccatiProblem p = problem_of(given, Q, R);
   const System g = to_ss(with_numbers(given));
+  if (g.outputs == 0) throw Error("the system has no outputs to filter");
   p.A.transposeInPlace();
   p.B = numbers(g.ss.C).transpose();
   require_size(p.R, "R", g.outputs, g.outputs);

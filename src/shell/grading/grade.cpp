@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <cstdlib>
@@ -45,19 +46,27 @@ std::string read(const std::string& path) {
   return text.str();
 }
 
-/// Of a file of its own: a link could lead to another's, or to the teacher's.
+/// Of a file of its own: a link could lead to another's, or to the teacher's. It is opened once: what is read is what
+/// was looked at.
 std::string read_submission(const std::string& path) {
-  constexpr off_t most = 4 << 20;
+  constexpr std::size_t most = 4 << 20;
   const int file = open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
   if (file < 0 && errno == ELOOP) throw Error("it is a symbolic link; hand in the file itself");
   if (file < 0) throw Error(text("it cannot be read: ", std::strerror(errno)));
+  const std::unique_ptr<const int, void (*)(const int*)> closed(&file, [](const int* f) { close(*f); });
   struct stat about {};
-  const bool regular = fstat(file, &about) == 0 && S_ISREG(about.st_mode);
-  close(file);
-  if (!regular) throw Error("it is no regular file");
-  if (about.st_size > most)
-    throw Error(text("it has ", about.st_size, " bytes; a submission has at most ", most));
-  return read(path);
+  if (fstat(file, &about) != 0 || !S_ISREG(about.st_mode)) throw Error("it is no regular file");
+  std::string source;
+  std::array<char, 1 << 16> block;
+  for (;;) {
+    const ssize_t size = ::read(file, block.data(), block.size());
+    if (size < 0 && errno == EINTR) continue;
+    if (size < 0) throw Error(text("it cannot be read: ", std::strerror(errno)));
+    if (size == 0) return source;
+    source.append(block.data(), static_cast<std::size_t>(size));
+    if (source.size() > most)
+      throw Error(text("it has more than ", most, " bytes, which is the most for a submission"));
+  }
 }
 
 std::string joined(const std::vector<std::string>& fields) {

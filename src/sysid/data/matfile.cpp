@@ -293,8 +293,10 @@ NamedMatrices read_matrices(const std::string& path) {
     found = read_in_child(path, unpacked_size(path));
   } catch (const Error& e) {
     throw Error(text(path, ": ", e.what()));
-  } catch (const Failure&) {  // the child has gone
+  } catch (const ChildEnded&) {
     throw Error(text(path, ": libmatio breaks down where it reads it: it is damaged"));
+  } catch (const Failure& e) {
+    throw Failure(text(path, ": ", e.what()));
   } catch (const std::bad_alloc&) {
     throw Error(
         text(path, " says that it holds more than there is memory: it is damaged, or not for this machine"));

@@ -66,3 +66,40 @@ test("errors of thousands of steps: the run says how far they may add up, and by
   local fixed = m:integrate { start = { [x] = 0, [y] = 1 }, to = 1, method = "rk4", dt = 0.01 }
   expect(fixed:stats().errors):equals(0)
 end)
+
+-- HW IV.10: with too large an atol a passes the equilibrium a = 0 and leaves it on the other side.
+test("a run that errors within atol have led away from an equilibrium says so", function()
+  local a, b, c = vars "a b c"
+  local robertson = dae { der(a) ~ -0.04*a + 1e4*b*c, der(b) ~ 0.04*a - 1e4*b*c - 3e7*b^2,
+    der(c) ~ 3e7*b^2 }
+  for _, method in ipairs { "radau", "bdf", "rodas", "gauss" } do
+    for _, rtol in ipairs { 1e-2, 1e-3, 1e-4 } do
+      for _, atol in ipairs { false, 1e-5, 1e-6 } do
+        local sol = robertson:integrate { start = { a = 1, b = 0, c = 0 }, to = 1e11, rtol = rtol,
+          atol = atol or nil, method = method, max_steps = 3000 }
+        local wrong = sol.status == "finished" and sol(a, 1e11) < -1
+        local said = tostring(sol):find("almost stood still", 1, true) ~= nil
+        if wrong ~= said and sol.status == "finished" then
+          error(("%s, rtol %g, atol %s: a = %g"):format(method, rtol, atol, sol(a, 1e11)), 0)
+        end
+        if said then expect(tostring(sol:stats())):matches "stood still" end
+      end
+    end
+  end
+end)
+
+test("what moves along an unstable direction from a visible start is not suspected", function()
+  local x, v = vars "x v"
+  local models = { dae { der(x) ~ x*(1 - x), der(v) ~ -v }, dae { der(x) ~ v, der(v) ~ 9.81*sin(x) } }
+  for _, model in ipairs(models) do
+    for _, method in ipairs { "dopri5", "radau", "bdf" } do
+      local sol = model:integrate { start = { x = 1e-3, v = 0 }, to = 5, method = method, rtol = 1e-6 }
+      expect(tostring(sol):find "stood still"):is_nil()
+    end
+  end
+  local lost = dae { der(x) ~ x*(1 - x) }:integrate {
+    start = { x = 1e-15 }, to = 40, rtol = 1e-6, atol = 1e-9 }
+  expect(tostring(lost)):matches "stood still"
+  expect(dae { der(x) ~ x*(1 - x) }:integrate { start = { x = 1e-15 }, to = 40, rtol = 1e-6, atol = 1e-20 }
+    :stats().rest):is_nil()
+end)

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/lru_cache.hpp"
 #include "expr/graph/derivative.hpp"
 #include "integrate/event/monitor/monitor.hpp"
+#include "integrate/step/hermite.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -15,9 +15,9 @@ namespace {
 /// zero lies between them, or that the factor is 0 at the second.
 class PoleTest {
  public:
-  PoleTest(Problem& equations, Expr factor, double matters, const Point& from, const Point& to)
+  PoleTest(Problem& equations, Expr factor, const Tolerances& tolerances, const Point& from, const Point& to)
       : equations_(equations),
-        matters_(matters),
+        tolerances_(tolerances),
         factor_(std::vector{factor}, equations.arguments()),
         from_(from),
         to_(to),
@@ -81,10 +81,16 @@ class PoleTest {
         turns += k >= half && change * last < 0 ? 1 : 0;
         last = change;
       }
-      const double least = matters_ * (std::fabs(from_.x[i]) + std::fabs(to_.x[i]));
-      if (turns >= 2 && late > 0.3 * early && late > visible * size && late * dt > least) return true;
+      if (turns >= 2 && late > 0.3 * early && late > visible * size && late * dt > hardly(i)) return true;
     }
     return false;
+  }
+
+  /// What swings may move x by in the step: ten tolerances, and no more than 10⁻⁶ of what a loose one makes of it.
+  double hardly(std::size_t i) const {
+    const auto k = static_cast<Eigen::Index>(i);
+    const double rtol = tolerances_.rtol[k], several = std::min(10.0, 1e-6 / rtol);
+    return several * (tolerances_.atol[k] + rtol * (std::fabs(from_.x[k]) + std::fabs(to_.x[k])));
   }
 
   /// F at distances before the zero that shrink by a factor each time.
@@ -114,7 +120,7 @@ class PoleTest {
     return g;
   }
   Problem& equations_;
-  double matters_;  ///< what swings move in the step, as a share of x
+  const Tolerances& tolerances_;
   codegen::Kernel factor_;
   const Point &from_, &to_;
   Vec beside_;
@@ -123,21 +129,11 @@ class PoleTest {
 
 }  // namespace
 
-/// Remembered for the runs of one model: they pass over all its equations.
-static std::vector<dae::DomainCondition> conditions_of(const Problem& problem) {
-  constexpr std::size_t size = 200'000;  // in equations; an entry counts as 1000 more
-  using Conditions = std::vector<dae::DomainCondition>;
-  static LruCache<std::shared_ptr<const dae::FirstOrder>, Conditions> known(size);
-  const auto equations = problem.shared_model();
-  if (const Conditions* found = known.find(equations)) return *found;
-  return known.insert(equations, dae::domain_conditions(equations->F), 1000 + equations->F.size());
-}
-
-DomainMonitor::DomainMonitor(const Problem& problem, const std::vector<Guard>& guards, double rtol,
-                             bool wanted)
-    : matters_(std::min(1e-6, 10 * rtol)) {
+DomainMonitor::DomainMonitor(const Problem& problem, const std::vector<Guard>& guards,
+                             const Tolerances& tolerances, bool wanted)
+    : tolerances_(tolerances) {
   if (!wanted) return;
-  conditions_ = conditions_of(problem);
+  conditions_ = domain_conditions_of(problem);
   std::erase_if(conditions_, [&](const dae::DomainCondition& c) {
     return std::any_of(guards.begin(), guards.end(), [&](const Guard& g) { return g.factor == c.factor; });
   });
@@ -218,7 +214,7 @@ std::optional<std::string> DomainMonitor::passed_part(Problem& equations, const 
       ahead.t = from.t + share;
       ahead.x = from.x + share * from.xdot;
     }
-    if (PoleTest(equations, pole.factor, matters_, from, ahead)())
+    if (PoleTest(equations, pole.factor, tolerances_, from, ahead)())
       return conditions_[pole.condition].reason();
   }
   for (std::size_t i = 0; i < n; ++i) {

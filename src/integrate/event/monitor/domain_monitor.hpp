@@ -17,14 +17,16 @@
 #include "dae/singular/domain_conditions.hpp"
 #include "integrate/event/monitor/guards.hpp"
 #include "integrate/problem/problem.hpp"
+#include "integrate/solve/tolerances.hpp"
 
 namespace pendula::integrate {
 
 class DomainMonitor {
  public:
   /// The conditions of a problem's equations but for those that are guards. Cost: of domain_conditions().
-  /// wanted = false: none. rtol: of the run, for what swings without end and hardly matters.
-  DomainMonitor(const Problem& problem, const std::vector<Guard>& guards, double rtol, bool wanted);
+  /// wanted = false: none. tolerances: for what swings without end and hardly matters.
+  DomainMonitor(const Problem& problem, const std::vector<Guard>& guards, const Tolerances& tolerances,
+                bool wanted);
 
   void start(const Point& point);
   /// The solution has jumped to this point.
@@ -49,7 +51,7 @@ class DomainMonitor {
   std::vector<dae::DomainCondition> conditions_;
   std::vector<Pole> poles_;
   codegen::Kernel kernel_;  ///< g of the poles, then their slopes
-  double matters_;
+  Tolerances tolerances_;
   int pieces_ = 1;  ///< of a step: sines may vanish several times in it
   Point first_, start_, inside_;
   std::vector<double> out_;

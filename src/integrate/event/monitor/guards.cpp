@@ -7,6 +7,7 @@
 #include "base/text.hpp"
 #include "dae/model/truncated_text.hpp"
 #include "dae/singular/singularity_conditions.hpp"
+#include "integrate/problem/per_equations.hpp"
 
 namespace pendula::integrate {
 
@@ -20,6 +21,11 @@ static bool all_known(std::span<const Expr> expressions, const Leaves& known) {
   const std::vector<Expr> inside = leaves(expressions);
   return std::all_of(inside.begin(), inside.end(),
                      [&](Expr leaf) { return known.count(leaf) || symbol_of(leaf).kind == Kind::constant; });
+}
+
+const std::vector<dae::DomainCondition>& domain_conditions_of(const Problem& problem) {
+  static PerEquations<std::vector<dae::DomainCondition>> known;
+  return known.of(problem, [&] { return dae::domain_conditions(problem.model().F); });
 }
 
 bool all_known(Expr e, const Problem& problem) { return all_known({&e, 1}, arguments_of(problem)); }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "dae/singular/domain_conditions.hpp"
 #include "dae/singular/large_blocks.hpp"
 #include "integrate/problem/problem.hpp"
 
@@ -29,6 +30,9 @@ std::vector<Guard> choices_of(const dae::ModelPtr& model, const Substitution& in
 /// are known where the run computes.
 std::vector<dae::LargeBlock> blocks_of(const dae::ModelPtr& model, const Substitution& inputs,
                                        const Problem& problem);
+
+/// dae::domain_conditions of the equations, remembered. Valid until the next call.
+const std::vector<dae::DomainCondition>& domain_conditions_of(const Problem& problem);
 
 /// Every leaf of e is known or a constant.
 bool all_known(Expr e, const Problem& problem);

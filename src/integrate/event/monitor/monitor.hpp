@@ -57,9 +57,6 @@ class Monitor {
   virtual std::optional<Stop> after(const MonitoredStep& step) = 0;
 };
 
-/// A point at a share of a step: cubic Hermite interpolation of x, linear interpolation of x′ and z.
-void hermite(const Point& from, const Point& to, double share, Point& out);
-
 /// The point a few roundings of t later, x along x′. An expression that changes its sign up to there is 0 at a time
 /// that cannot be told from t.
 Point a_moment_after(const Point& point);

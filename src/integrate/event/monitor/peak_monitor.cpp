@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <unordered_set>
 
-#include "base/lru_cache.hpp"
-#include "dae/singular/domain_conditions.hpp"
 #include "expr/graph/derivative.hpp"
 #include "integrate/event/monitor/guards.hpp"
 #include "integrate/event/monitor/monitor.hpp"
+#include "integrate/problem/per_equations.hpp"
+#include "integrate/step/hermite.hpp"
 
 namespace pendula::integrate {
 
@@ -16,23 +17,12 @@ namespace {
 
 constexpr double high = 2;  // of an exponent above its values at the ends: e² = 7.4
 
-Vec slope_of_cubic(const Point& from, const Point& to, double share) {
-  const double s = share, dt = to.t - from.t;
-  return 6 * s * (1 - s) / dt * (to.x - from.x) + (1 - s) * (1 - 3 * s) * from.xdot +
-         s * (3 * s - 2) * to.xdot;
-}
-
 struct Candidate {
   Expr u, slope;
   bool divisor;
 };
 
-/// Remembered for the runs of one model, as its domain conditions are.
-const std::vector<Candidate>& candidates(const Problem& problem) {
-  constexpr std::size_t size = 200'000;  // in equations; an entry counts as 1000 more
-  static LruCache<std::shared_ptr<const dae::FirstOrder>, std::vector<Candidate>> known(size);
-  const auto equations = problem.shared_model();
-  if (const auto* found = known.find(equations)) return *found;
+std::vector<Candidate> make_candidates(const Problem& problem) {
   std::vector<Candidate> list;
   std::unordered_set<Expr> seen;
   const auto add = [&](Expr u, bool divisor) {
@@ -40,7 +30,7 @@ const std::vector<Candidate>& candidates(const Problem& problem) {
   };
   // What happens about v = 0 and is over far from there: u = -v² has its maximum there.
   const auto add_switch = [&](Expr v) { add(-(v * v), false); };
-  for (Expr node : topological(equations->F)) {
+  for (Expr node : topological(problem.model().F)) {
     if (node.is_constant() || node.is_symbol()) continue;
     if (node.op() == Op::exp) add(node.operand(0), false);
     if (node.op() == Op::tanh || node.op() == Op::cosh) add_switch(node.operand(0));
@@ -50,9 +40,9 @@ const std::vector<Candidate>& candidates(const Problem& problem) {
     for (Expr part : topological({&divisor, 1}))
       if (!part.is_constant() && !part.is_symbol() && part.op() == Op::exp) add_switch(part.operand(0));
   }
-  for (const dae::DomainCondition& c : dae::domain_conditions(equations->F))
+  for (const dae::DomainCondition& c : domain_conditions_of(problem))
     if (c.pole) add(c.factor, true);
-  return known.insert(equations, std::move(list), 1000 + equations->F.size());
+  return list;
 }
 
 }  // namespace
@@ -60,8 +50,9 @@ const std::vector<Candidate>& candidates(const Problem& problem) {
 PeakMonitor::PeakMonitor(const Problem& problem, const Tolerances& tolerances, bool wanted)
     : tolerances_(tolerances) {
   if (!wanted) return;
+  static PerEquations<std::vector<Candidate>> known;
   std::vector<Expr> values, slopes;
-  for (const Candidate& c : candidates(problem)) {
+  for (const Candidate& c : known.of(problem, [&] { return make_candidates(problem); })) {
     if (c.slope.is_constant() || !all_known(c.slope, problem)) continue;
     values.push_back(c.u);
     slopes.push_back(c.slope);
@@ -90,7 +81,6 @@ void PeakMonitor::evaluate(const Point& point, Values& out) {
 /// On the cubic through the ends of a step; slopes by shares of it.
 void PeakMonitor::look(const Point& from, const Point& to, double share, Values& out) {
   hermite(from, to, share, inside_);
-  inside_.xdot = slope_of_cubic(from, to, share);
   evaluate(inside_, out);
   for (std::size_t i = nodes(); i < out.size(); ++i) out[i] *= to.t - from.t;
 }
@@ -101,19 +91,22 @@ void PeakMonitor::restart(const ProblemPtr& problem, const Point& point) {
   evaluate(point, last_);
 }
 
-bool PeakMonitor::missed(const ProblemPtr& problem, const Point& from, const Point& to) {
-  if (nodes() == 0) return false;
-  follow(problem);
+bool PeakMonitor::is_tired() const {
   constexpr long few = 20;
+  return repeated_ > few && repeated_ > steps_ / 4;
+}
+
+double PeakMonitor::missed(const ProblemPtr& problem, const Point& from, const Point& to) {
+  if (nodes() == 0) return 0;
+  follow(problem);
   evaluate(to, next_);
   ++steps_;
-  const bool tired = repeated_ > few && repeated_ > steps_ / 4;
-  if (!tired && varies_fast(to.t - from.t) && passes_peak(from, to)) {
+  const double off = varies_fast(to.t - from.t) ? passes_peak(from, to) : 0;
+  if (off > 0)
     ++repeated_;
-    return true;
-  }
-  last_.swap(next_);
-  return false;
+  else
+    last_.swap(next_);
+  return off;
 }
 
 /// A tangent at one of the ends leads far enough for a peak.
@@ -127,7 +120,7 @@ bool PeakMonitor::varies_fast(double dt) const {
 }
 
 /// The pieces of a step one after the other: several peaks may lie in it.
-bool PeakMonitor::passes_peak(const Point& from, const Point& to) {
+double PeakMonitor::passes_peak(const Point& from, const Point& to) {
   constexpr int pieces = 8;
   int searched = 0;
   Sample low, behind;
@@ -138,11 +131,12 @@ bool PeakMonitor::passes_peak(const Point& from, const Point& to) {
     for (std::size_t i = 0; i < nodes(); ++i) {
       if (!turns(i, low, behind) || ++searched > most_searched) continue;
       const auto peak = peak_between(i, low, behind, from, to);
-      if (peak && matters(*peak, from, to)) return true;
+      const double off = peak ? matters(*peak, from, to) : 0;
+      if (off > 0) return off;
     }
     std::swap(low, behind);
   }
-  return false;
+  return 0;
 }
 
 /// An exponent rises at the first and no longer at the second, which may be the top itself; the size of a divisor the
@@ -181,31 +175,34 @@ std::optional<PeakMonitor::Peak> PeakMonitor::peak_between(std::size_t i, Sample
 /// x′ of the equations less that of the cubic through the ends, at a share of the step.
 bool PeakMonitor::defect(const Point& from, const Point& to, double share, Vec& out) {
   hermite(from, to, share, inside_);
+  const Vec slope = inside_.xdot;
   if (!rhs_) rhs_ = std::make_unique<RhsSolver>(problem_, ignored_);
   if (!(*rhs_)(inside_.t, inside_.x.data(), inside_.xdot.data(), inside_.z.data())) return false;
-  out = inside_.xdot - slope_of_cubic(from, to, share);
+  out = inside_.xdot - slope;
   return out.allFinite();
 }
 
-/// The area under what is there and not beside it, against the tolerances.
-bool PeakMonitor::matters(const Peak& peak, const Point& from, const Point& to) {
+/// The area under what is there and not beside it, in tolerances; 0 where a step may be off by that.
+double PeakMonitor::matters(const Peak& peak, const Point& from, const Point& to) {
   constexpr double feet = 4;      // widths: e^{-8} is left of e^{-θ²/2}
   constexpr double several = 3;   // tolerances: that many a step may be off by
   constexpr double area = 2.507;  // √(2π), of a height and a width of 1
-  if (!defect(from, to, peak.at, there_)) return true;
+  constexpr double unknown = std::numeric_limits<double>::infinity();
+  if (!defect(from, to, peak.at, there_)) return unknown;
   const double low = peak.at - feet * peak.width, above = peak.at + feet * peak.width;
   const bool right = above < 1 && (low <= 0 || 1 - peak.at > peak.at);
   if (!right && low <= 0)
     beside_.setZero(there_.size());
   else if (!defect(from, to, right ? above : low, beside_))
-    return true;
+    return unknown;
   const double factor = area * peak.width * (to.t - from.t);
+  double off = 0;
   for (Eigen::Index i = 0; i < there_.size(); ++i) {
     const double weight =
         tolerances_.atol[i] + tolerances_.rtol[i] * std::max(std::fabs(from.x[i]), std::fabs(to.x[i]));
-    if (std::fabs(there_[i] - beside_[i]) * factor > several * weight) return true;
+    off = std::max(off, std::fabs(there_[i] - beside_[i]) * factor / weight);
   }
-  return false;
+  return off > several ? off : 0;
 }
 
 }  // namespace pendula::integrate

@@ -24,9 +24,13 @@ class PeakMonitor {
 
   /// The run begins at a point, or has jumped to it. problem: with its branches, as it is integrated now.
   void restart(const ProblemPtr& problem, const Point& point);
-  /// After every accepted step: has it jumped over a peak that would move the solution by more than its tolerance?
-  /// Then it has to be made again in shorter ones. Cost: where there is one, some 30 evaluations of exponents and two of x′.
-  bool missed(const ProblemPtr& problem, const Point& from, const Point& to);
+  /// After every accepted step: by how many tolerances the solution is off because it has jumped over a peak; 0 where
+  /// it has not, or hardly. Then it has to be made again in shorter ones, unless the run is tired of that.
+  /// Cost: where there is one, some 30 evaluations of exponents and two of x′.
+  double missed(const ProblemPtr& problem, const Point& from, const Point& to);
+  /// More than a quarter of the steps were made again: peaks without end. They count as errors then.
+  bool is_tired() const;
+  bool is_empty() const { return nodes() == 0; }
 
  private:
   void follow(const ProblemPtr& problem);
@@ -45,11 +49,11 @@ class PeakMonitor {
   void evaluate(const Point& point, Values& out);
   void look(const Point& from, const Point& to, double share, Values& out);
   bool varies_fast(double dt) const;
-  bool passes_peak(const Point& from, const Point& to);
+  double passes_peak(const Point& from, const Point& to);
   bool turns(std::size_t i, const Sample& low, const Sample& behind) const;
   std::optional<Peak> peak_between(std::size_t i, Sample low, Sample behind, const Point& from,
                                    const Point& to);
-  bool matters(const Peak& peak, const Point& from, const Point& to);
+  double matters(const Peak& peak, const Point& from, const Point& to);
   bool defect(const Point& from, const Point& to, double share, Vec& out);
 
   ProblemPtr original_;  ///< that of the run

@@ -7,6 +7,7 @@
 #include "base/text.hpp"
 #include "integrate/event/monitor/constraint_rank.hpp"
 #include "integrate/event/monitor/jacobian_sign.hpp"
+#include "integrate/step/hermite.hpp"
 
 namespace pendula::integrate {
 

@@ -6,6 +6,7 @@
 
 #include "base/text.hpp"
 #include "expr/graph/derivative.hpp"
+#include "integrate/step/hermite.hpp"
 
 namespace pendula::integrate {
 
