@@ -49,13 +49,17 @@ std::string read(const std::string& path) {
 /// Of a file of its own: a link could lead to another's, or to the teacher's. It is opened once: what is read is what
 /// was looked at.
 std::string read_submission(const std::string& path) {
-  constexpr std::size_t most = 4 << 20;
+  static constexpr std::size_t most = 4 << 20;
   const int file = open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
   if (file < 0 && errno == ELOOP) throw Error("it is a symbolic link; hand in the file itself");
   if (file < 0) throw Error(text("it cannot be read: ", std::strerror(errno)));
   const std::unique_ptr<const int, void (*)(const int*)> closed(&file, [](const int* f) { close(*f); });
   struct stat about {};
   if (fstat(file, &about) != 0 || !S_ISREG(about.st_mode)) throw Error("it is no regular file");
+  const auto limit = [](std::size_t size) {
+    if (size > most) throw Error(text("it has ", size, " bytes; a submission has at most ", most));
+  };
+  limit(static_cast<std::size_t>(about.st_size));
   std::string source;
   std::array<char, 1 << 16> block;
   for (;;) {
@@ -64,8 +68,7 @@ std::string read_submission(const std::string& path) {
     if (size < 0) throw Error(text("it cannot be read: ", std::strerror(errno)));
     if (size == 0) return source;
     source.append(block.data(), static_cast<std::size_t>(size));
-    if (source.size() > most)
-      throw Error(text("it has more than ", most, " bytes, which is the most for a submission"));
+    limit(source.size());
   }
 }
 
