@@ -75,6 +75,8 @@ class EventFinder {
     std::vector<Crossing> list;  ///< in the order of the events
   };
   bool empty() const { return events_->empty(); }
+  /// A condition inside a step.
+  double value(Stepper& stepper, const StepView& step, int which, double t);
   /// The times of the run. A condition that is 0 to rounding at its end is a root.
   void set_interval(double from, double to) {
     end_ = to;
@@ -147,7 +149,6 @@ class EventFinder {
               double blur);
   std::optional<double> dip(Stepper& stepper, const StepView& step, int which, const Sample& a,
                             const Sample& b);
-  double value(Stepper& stepper, const StepView& step, int which, double t);
   std::optional<Hit> first_hit(Stepper& stepper, const StepView& step, const Sample& a, const Sample& b);
   using Roots = std::vector<std::optional<Root>>;
   const std::optional<Root>& first_root(Stepper& stepper, const StepView& step, const Sample& a,

@@ -19,8 +19,8 @@
 #include "integrate/plan/stall_detector.hpp"
 #include "integrate/run/event_handler.hpp"
 #include "integrate/run/method_selector.hpp"
-#include "integrate/solution/carried_errors.hpp"
 #include "integrate/solution/rounding_watch.hpp"
+#include "integrate/solution/standstill.hpp"
 #include "integrate/step/hermite.hpp"
 
 namespace pendula::integrate {
@@ -45,7 +45,7 @@ class AdaptiveRun {
         events_(state_, modes_, monitors_),
         domain_(*state_.problem, state_.plan.guards, state_.plan.tolerances, state_.plan.check_singularities),
         peaks_(*state_.problem, state_.plan.tolerances, state_.problem->is_ode()),
-        carried_(*state_.problem, state_.plan.tolerances, state_.plan.events.list),
+        standstill_(*state_.problem, state_.plan.tolerances, state_.plan.events.list),
         rounding_(*state_.problem, state_.plan.tolerances, state_.plan.variable_index) {}
 
   std::shared_ptr<Solution> solution() { return state_.solution; }
@@ -64,7 +64,7 @@ class AdaptiveRun {
     state_.writer.begin(first_);
     monitors_.start(first_);
     domain_.start(first_);
-    carried_.after(first_, 0, plan().to - first_.t);
+    standstill_.after(first_, plan().to - first_.t);
     peaks_.restart(state_.problem, first_);
     ended_ = events_.settle();
   }
@@ -93,8 +93,7 @@ class AdaptiveRun {
         outcome.message += plan().ways_on(point_near(outcome.t), names_factor(outcome.message));
     } catch (const Interrupted&) {  // the solution up to here is kept, without them
     }
-    state_.stats().carried = carried_.at(stepper().here(), state_.reached - plan().from);
-    state_.stats().rest = carried_.rest(stepper().here());
+    state_.stats().rest = standstill_.rest(stepper().here());
     state_.solution->finish(std::move(outcome), state_.stats(), seconds);
   }
 
@@ -120,7 +119,7 @@ class AdaptiveRun {
     if (modes_.has_missed_excursion() && events_.repeated_shorter()) return restart_monitors();
     if (events_.after_step(outcome)) return restart_monitors();
     state_.keep(stepper().here(), false);
-    carried_.after(stepper().here(), state_.stats().errors, plan().to - stepper().here().t);
+    standstill_.after(stepper().here(), plan().to - stepper().here().t);
     if (!stepper().is_explicit() && rounding_.wants(state_.stats().steps))
       rounding_.after(*state_.problem, stepper().before(), stepper().here(), state_.stats().steps);
     const bool done = stepper().here().t >= plan().to;
@@ -262,7 +261,7 @@ class AdaptiveRun {
   EventHandler events_;
   DomainMonitor domain_;
   PeakMonitor peaks_;
-  CarriedErrors carried_;
+  Standstill standstill_;
   RoundingWatch rounding_;
   StallDetector stall_;
   bool ended_ = false;  ///< by an event at the start

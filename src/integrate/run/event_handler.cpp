@@ -10,6 +10,16 @@
 #include "expr/print/print.hpp"
 
 namespace pendula::integrate {
+namespace {
+
+bool contains_condition(Expr e) {
+  const std::vector<Expr> nodes = topological({&e, 1});
+  return std::any_of(nodes.begin(), nodes.end(), [](Expr node) {
+    return node.op() == Op::ifelse || node.op() == Op::sign || node.op() == Op::lt || node.op() == Op::le;
+  });
+}
+
+}  // namespace
 
 bool EventHandler::after_step(RunOutcome& outcome) {
   for (first_in_step_ = true; !state_.finder.empty(); first_in_step_ = false) {
@@ -23,9 +33,33 @@ bool EventHandler::after_step(RunOutcome& outcome) {
       return true;
     }
     if (!hit) return false;
+    if (drop_jumps(*hit)) continue;
     if (handle(*hit, outcome)) return true;
   }
   return false;
+}
+
+/// Factors that change their sign by a jump, with the branches that they contain, are 0 nowhere or, sign(t - 1), on the
+/// border only: {-1 if t < 1, else 1}.
+/// True where nothing else happens there.
+bool EventHandler::drop_jumps(EventFinder::Hit& hit) {
+  constexpr double eps = std::numeric_limits<double>::epsilon();
+  constexpr double close = 1e-3;  // of the factor at the ends of the step: it is 1e-6 and less at a root
+  const auto size = [&](int which, double t) {
+    return std::fabs(state_.finder.value(state_.stepper(), state_.view, which, t));
+  };
+  const EventFinder::Hit all = hit;
+  std::erase_if(hit.list, [&](const EventFinder::Crossing& crossing) {
+    const int which = crossing.which;
+    if (event_of(crossing).termination_reason.empty() || !contains_condition(event_of(crossing).when))
+      return false;
+    const double usual = std::min(size(which, state_.view.from.t), size(which, state_.view.to.t));
+    const double behind = hit.t + std::max(hit.t - hit.before, 4 * eps * std::fabs(hit.t));
+    return size(which, hit.before) > close * usual && size(which, behind) > close * usual;
+  });
+  if (!hit.list.empty()) return false;
+  state_.finder.pass(all, state_.stepper(), state_.view);
+  return true;
 }
 
 const Event* EventHandler::terminating(const EventFinder::Hit& hit) const {

@@ -42,6 +42,7 @@ class EventHandler {
   bool repeated_up_to(double t);
   bool repeated(double dt);
   bool handle(const EventFinder::Hit& hit, RunOutcome& outcome);
+  bool drop_jumps(EventFinder::Hit& hit);
   const Event* terminating(const EventFinder::Hit& hit) const;
   bool end_before(const EventFinder::Hit& hit, const Event& event, RunOutcome& outcome);
   bool is_contradictory(const EventFinder::Hit& hit, const Point& point);

@@ -146,7 +146,6 @@ void SolutionInParts::add(RunPart piece, std::size_t shown) {
   stats_.factorisations += s.factorisations;
   stats_.newton_iterations += s.newton_iterations;
   stats_.errors += s.errors;
-  stats_.carried = std::max(stats_.carried, s.carried);
   if (s.rest) stats_.rest = s.rest;
   if (merged_->not_unique().empty()) merged_->set_not_unique(solution->not_unique());
   seconds_ += solution->cpu_seconds();

@@ -165,8 +165,7 @@ std::string Solution::str() const {
               used, table.str(2));
 }
 
-/// Every step keeps its tolerance, and where nothing damps their errors all of them are left at the end; where the
-/// solution magnifies them, more than all of them.
+/// Every step keeps its tolerance, and where nothing damps their errors all of them are left at the end.
 std::string Solution::errors_text() const {
   constexpr double many = 100;  // tolerances, as sol:check() judges
   if (stats_.rest)
@@ -174,10 +173,7 @@ std::string Solution::errors_text() const {
         "at t = ", rounded(*stats_.rest, 4),
         " the solution almost stood still before it moved: errors within the tolerances decided where to; take a "
         "smaller atol, sol:check() tells what is left\n");
-  if (!outcome_.is_complete() || !(std::max(stats_.errors, stats_.carried) > many)) return "";
-  if (stats_.carried > stats_.errors)
-    return text("the errors of the steps are carried along the solution and become ",
-                rounded(stats_.carried, 2), " tolerances at its end: sol:check() tells what is left\n");
+  if (!outcome_.is_complete() || !(stats_.errors > many)) return "";
   return text("the errors of the steps add up to ", rounded(stats_.errors, 2),
               " tolerances where nothing damps them: sol:check() tells what is left\n");
 }

@@ -13,7 +13,6 @@ struct Stats {
   long factorisations = 0;
   long newton_iterations = 0;
   double errors = 0;   ///< of the steps, as they are estimated, in tolerances: the sum
-  double carried = 0;  ///< what they have become at the end, if it is known (solution/carried_errors.hpp)
   std::optional<double> rest;  ///< when the solution almost stood still before it moved
 };
 

@@ -374,3 +374,23 @@ test("kinks of asin(sin u), acos(cos u), atan(tan u), sqrt(v^2) are borders", fu
     end
   end
 end)
+
+-- A pivot that jumps from -1 to 1 with its branch is 0 nowhere: no singular point.
+test("pivots that change their sign at a border end no run", function()
+  local x, z, i, a, b = vars "x_pv z_pv i_pv a_pv b_pv"
+  local switch = dae { der(a) ~ -i, der(b) ~ i, 0 ~ ifelse(lt(t, 1), i, a - b - i/10) }
+  for _, case in ipairs {
+    { dae { der(x) ~ z, 0 ~ ifelse(lt(t, 1), z - 1, 2 - z) }, { [x] = 0 }, x, 3 },
+    { dae { der(x) ~ z, 0 ~ sign(t - 1)*z - 1 }, { [x] = 0 }, x, 0 },
+    { dae { ifelse(lt(t, 1), 1, -1)*der(x) ~ -x }, { [x] = 1 }, x, 1 },
+    { dae { der(x) ~ 1, 0 ~ ifelse(lt(x, 0.5), z - 1, 2 - z) }, { [x] = 0 }, z, 2 },
+    { switch, { [a] = 1, [b] = 0 }, a, 0.5 + 0.5*math.exp(-20) } } do
+    for _, method in ipairs { "auto", "radau", "bdf", "dopri5" } do
+      local sol = case[1]:integrate { start = case[2], to = 2, method = method }
+      expect(sol.status):equals "finished"
+      expect(sol:final(case[3])):near(case[4], 1e-5)
+    end
+  end
+  local root = dae { der(x) ~ 1, 0 ~ ifelse(lt(x, 0.5), (x - 0.3)*z - 1, z - 2) }
+  expect(root:integrate { start = { [x] = 0 }, to = 2 }.status):matches "stopped at t = 0.3"
+end)

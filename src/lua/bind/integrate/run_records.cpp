@@ -55,7 +55,6 @@ int stats_why(Call& call) { return call.push(counted(call).why); }
 int stats_borders(Call& call) { return call.push(counted(call).borders); }
 int stats_rounding(Call& call) { return call.push(counted(call).rounding); }
 int stats_not_unique(Call& call) { return call.push(counted(call).not_unique); }
-int stats_carried(Call& call) { return call.push(counted(call).counts.carried); }
 int stats_rest(Call& call) {
   const auto& rest = counted(call).counts.rest;
   if (rest) return call.push(*rest);
@@ -144,10 +143,6 @@ return sol:drift())",
         {"stats#errors", stats_errors, "stats.errors -> number",
          "The estimated errors of all steps of an adaptive run, in tolerances: their sum. It bounds what is left of "
          "them where the equations make no error grow; oscillations keep it, damping forgets most of it."},
-        {"stats#carried", stats_carried, "stats.carried -> number",
-         "What those errors become at the end, in tolerances, where they move the solution along itself: an error e at "
-         "t is e |x′(end)|/|x′(t)| there. Large where a run has come close to an equilibrium and leaves it. Of "
-         "equations without t; 0 for others."},
         {"stats#rest", stats_rest, "stats.rest -> number or nil",
          "A time at which the solution almost stood still (of equations without t: at that speed it would have moved by "
          "less than 1000 tolerances until the end) before it moved: an error of one tolerance there decides where to; else nil."},

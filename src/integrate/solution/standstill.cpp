@@ -1,4 +1,4 @@
-#include "integrate/solution/carried_errors.hpp"
+#include "integrate/solution/standstill.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -18,20 +18,17 @@ double size_of(const Vec& v, const Vec& values, const Tolerances& tolerances) {
 
 }  // namespace
 
-CarriedErrors::CarriedErrors(const Problem& problem, const Tolerances& tolerances,
-                             const std::vector<Event>& events)
+Standstill::Standstill(const Problem& problem, const Tolerances& tolerances, const std::vector<Event>& events)
     : autonomous_(problem.model().u.empty()), tolerances_(tolerances), largest_(Vec::Zero(problem.n())) {
   std::vector<Expr> all = problem.model().F;
   for (const Event& event : events) all.push_back(event.when);
   for (Expr leaf : leaves(all)) autonomous_ = autonomous_ && leaf != time_symbol();
 }
 
-void CarriedErrors::after(const Point& point, double errors, double left) {
+void Standstill::after(const Point& point, double left) {
   if (!autonomous_) return;
   largest_ = largest_.cwiseMax(point.x.cwiseAbs());
   const double speed = size_of(point.xdot, point.x, tolerances_);
-  if (speed > 0) shift_ += (errors - errors_) / speed;
-  errors_ = errors;
   if (speed * left >= still_.way) return;
   rest_ = rest(point);
   still_.way = speed * left;
@@ -39,18 +36,13 @@ void CarriedErrors::after(const Point& point, double errors, double left) {
   still_.x = point.x;
 }
 
-std::optional<double> CarriedErrors::rest(const Point& end) const {
+std::optional<double> Standstill::rest(const Point& end) const {
   constexpr double visible = 10;        // tolerances, at the end
   constexpr double accelerated = 1000;  // times what the speed would have made
   if (rest_ || still_.x.size() == 0) return rest_;
   const Vec moved = end.x - still_.x;
   const bool left = size_of(moved, still_.x, tolerances_) > accelerated * still_.way;
   return left && size_of(moved, largest_, tolerances_) > visible ? std::optional(still_.t) : std::nullopt;
-}
-
-double CarriedErrors::at(const Point& end, double time) const {
-  if (!autonomous_) return 0;
-  return std::min(shift_, time) * size_of(end.xdot, largest_, tolerances_);
 }
 
 }  // namespace pendula::integrate

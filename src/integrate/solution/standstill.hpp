@@ -1,0 +1,41 @@
+// Where a run almost stood still before it moved, so that errors within the tolerances have decided where to.
+//
+// Where the solution of x′ = f(x) would move by less than 1000 tolerances until the end, an error of one tolerance shifts it
+// in time by more than a thousandth of what is left (x′ solves the equation of an error, δ′ = f_x δ). If it moves 1000
+// times as far as that all the same, the errors have been magnified: Robertson's problem with too large an atol (HW
+// §IV.10) passes a = 0, where a′ ≈ -5·10⁻⁴ a², and leaves it on the other side. Without t in the equations only. The
+// bounds were chosen on that problem and on logistic growth from below atol.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "integrate/event/events.hpp"
+#include "integrate/problem/problem.hpp"
+#include "integrate/solve/tolerances.hpp"
+
+namespace pendula::integrate {
+
+class Standstill {
+ public:
+  Standstill(const Problem& problem, const Tolerances& tolerances, const std::vector<Event>& events);
+
+  /// At the start, and after every accepted step: where it ends, and the time that is left.
+  void after(const Point& point, double left);
+  /// The time at which the solution almost stood still, if it has moved since.
+  std::optional<double> rest(const Point& end) const;
+
+ private:
+  static constexpr double slow = 1000;
+  bool autonomous_;
+  Tolerances tolerances_;
+  Vec largest_;
+  struct Still {
+    double way = slow, t = 0;  ///< in tolerances, at that speed until the end
+    Vec x;                     ///< empty: there was none
+  };
+  Still still_;                 ///< the slowest point so far
+  std::optional<double> rest_;  ///< of an earlier one
+};
+
+}  // namespace pendula::integrate
