@@ -208,7 +208,7 @@ std::vector<WayOn> ways_on(const Model& m, const PointValues& point) {
         if (!clear) break;
         auto ways = ways_of(found, derivatives, numeric, point, array.states().size());
         const WayCheck check(m, numeric);
-        std::erase_if(ways, [&](const WayOn& way) { return order == 1 && !check.holds(way); });
+        std::erase_if(ways, [&](const WayOn& way) { return !check.holds(way); });
         if (!ways.empty()) return ways;
         break;
       }

@@ -4,7 +4,11 @@
 #include <cmath>
 
 #include "base/decompositions.hpp"
+#include "base/text.hpp"
+#include "dae/model/truncated_text.hpp"
 #include "expr/graph/derivative.hpp"
+#include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
 
 namespace pendula::dae {
 
@@ -56,15 +60,36 @@ class JumpSystem {
         if (B_(i, j) != 0) impulse_size_[j] = std::max(impulse_size_[j], momentum[i] / std::fabs(B_(i, j)));
   }
 
-  /// Nothing where no impulse leads onto the conditions.
-  std::optional<Jump> solve() {
+  /// Nothing where no impulse leads onto the conditions, or the equations do not tell how; why: that they do not.
+  std::optional<Jump> solve(std::string& why) {
+    const PointValues start = values_;
+    std::optional<Jump> jump = with_factors();
+    if (!jump || !jump->jumps) return jump;
+    const std::vector<Entry> changed = changed_factors(start, *jump);
+    if (changed.empty()) return jump;
+    for (const Entry& e : changed)
+      if (e.column >= n_ || !is_exact(e.row)) {
+        const Expr of = e.column < n_ ? form_.xdot[e.column] : form_.z[e.column - n_];
+        why = text("the factor of ", to_text(of), " in the equations, ", truncated_text(e.value),
+                   ", changes during the impulse, and they do not tell how: write them with states whose "
+                   "derivatives have constant factors (charge, momentum)");
+        return {};
+      }
+    values_ = start;
+    takes_means_ = true;
+    return with_factors();
+  }
+
+ private:
+  std::optional<Jump> with_factors() {
     const auto rows = static_cast<Eigen::Index>(conditions_.size());
     Jump jump{Vec::Zero(n_), {}, {}};
     if (rows == 0) return jump;
     Vec impulse = Vec::Zero(m_);
     const PointValues start = values_;
-    const int most = obeys_conditions(1e-13) ? 0 : 20;
+    const int most = obeys_conditions(1e-13) ? 0 : takes_means_ ? 60 : 20;
     for (int k = 0; k < most; ++k) {
+      if (takes_means_) take_means(start, jump.change);
       const Vec G = residuals();
       Mat K = Mat::Zero(E_.rows() + rows, n_ + m_);
       K.topLeftCorner(E_.rows(), n_) = E_;
@@ -82,6 +107,7 @@ class JumpSystem {
       if (is_small(step.head(n_), jump.change, size_) && is_small(step.tail(m_), impulse, impulse_size_))
         break;
     }
+    if (takes_means_) take_means(start, jump.change);
     if (!lands(jump.change, impulse)) return {};
     for (int k = 0; k < 3; ++k) {  // what rounding and the errors of steps have left, the shortest way
       jump.change -= jacobian(conditions_, form_.x).completeOrthogonalDecomposition().solve(residuals());
@@ -102,7 +128,55 @@ class JumpSystem {
     return jump;
   }
 
- private:
+  /// Entries of ∂F/∂(x′, z) that have other values before, in the middle of or after a jump, and a jump or an impulse.
+  std::vector<Entry> changed_factors(const PointValues& start, const Jump& jump) {
+    constexpr double visible = 1e-9;
+    std::vector<Entry> changed;
+    for (const Entry& e : sparse_jacobian(form_.F, unknowns_of_impulses())) {
+      const Expr of = e.column < n_ ? form_.xdot[e.column] : form_.z[e.column - n_];
+      if (std::fabs(jump.impulses.at(of)) <= rounding_of_sums * jump.sizes.at(of)) continue;
+      move(start, 0 * jump.change);
+      const double before = value_at(e.value, values_);
+      for (const double part : {0.5, 1.0}) {
+        move(start, part * jump.change);
+        const double now = value_at(e.value, values_);
+        if (std::fabs(now - before) <= visible * (std::fabs(now) + std::fabs(before))) continue;
+        changed.push_back(e);
+        break;
+      }
+    }
+    move(start, jump.change);
+    return changed;
+  }
+
+  /// The factors of x′ in a row are the gradient of a function of x: their integral is the same on every way.
+  bool is_exact(int row) const {
+    std::vector<Expr> factors(form_.x.size(), Expr(0));
+    for (const Entry& e : sparse_jacobian({&form_.F[row], 1}, form_.xdot)) factors[e.column] = e.value;
+    for (std::size_t j = 0; j < factors.size(); ++j)
+      for (std::size_t k = 0; k < j; ++k)
+        if (!simplify(partial(factors[j], form_.x[k]) - partial(factors[k], form_.x[j])).is_zero())
+          return false;
+    return true;
+  }
+
+  /// E: its mean on the straight way, by Gauss' rule in four parts.
+  void take_means(const PointValues& start, const Vec& change) {
+    constexpr int parts = 4;
+    constexpr double nodes[] = {-0.9061798459386640, -0.5384693101056831, 0, 0.5384693101056831,
+                                0.9061798459386640};
+    constexpr double weights[] = {0.2369268850561891, 0.4786286704993665, 0.5688888888888889,
+                                  0.4786286704993665, 0.2369268850561891};
+    Mat mean = Mat::Zero(E_.rows(), E_.cols());
+    for (int part = 0; part < parts; ++part)
+      for (int k = 0; k < 5; ++k) {
+        move(start, (part + (1 + nodes[k]) / 2) / parts * change);
+        mean += weights[k] / (2 * parts) * jacobian(form_.F, form_.xdot);
+      }
+    E_ = mean;
+    move(start, change);
+  }
+
   std::vector<Expr> unknowns_of_impulses() const {
     std::vector<Expr> list = form_.xdot;
     list.insert(list.end(), form_.z.begin(), form_.z.end());
@@ -156,14 +230,15 @@ class JumpSystem {
   Sizes sizes_;
   Eigen::Index n_ = 0, m_ = 0;
   Mat E_, B_;
+  bool takes_means_ = false;
   Vec size_, impulse_size_;  ///< of x, of Λ
 };
 
 }  // namespace
 
 std::optional<Jump> jump_onto(const std::vector<Expr>& conditions, const FirstOrder& form, PointValues before,
-                              const LeafValues& sizes, double close) {
-  return JumpSystem(conditions, form, std::move(before), sizes, close).solve();
+                              const LeafValues& sizes, double close, std::string& why) {
+  return JumpSystem(conditions, form, std::move(before), sizes, close).solve(why);
 }
 
 }  // namespace pendula::dae

@@ -1,15 +1,18 @@
 // The jump onto the conditions of a regime: x⁺ = x⁻ + Δx with impulses Λ of z, the least solution of
 //
-//   ∂F/∂x′ Δx + ∂F/∂z Λ = 0,   0 = G(x⁻ + Δx)
+//   ∫ ∂F/∂x′ dx + ∂F/∂z Λ = 0,   0 = G(x⁻ + Δx)
 //
 // see  docs/derivations.md#regimes
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
+#include "base/math.hpp"
 #include "dae/model/first_order.hpp"
 #include "dae/start/continuations.hpp"
+#include "dae/start/start.hpp"
 
 namespace pendula::dae {
 
@@ -37,8 +40,10 @@ struct Jump {
 };
 
 /// From `before`, values of all leaves, onto 0 = G(x) = conditions. sizes: of states, what they have been before.
-/// close: of the terms, where equations hold. Nothing where no impulse leads there.
+/// close: of the terms, where equations hold. ∂F/∂x′ is integrated on the way where it contains what jumps and its rows
+/// are gradients (charges of nonlinear capacitors). Nothing where no impulse leads there, or, with the reason in `why`, where
+/// factors change during the impulse otherwise: the equations do not tell what then happens.
 std::optional<Jump> jump_onto(const std::vector<Expr>& conditions, const FirstOrder& form, PointValues before,
-                              const LeafValues& sizes, double close);
+                              const LeafValues& sizes, double close, std::string& why);
 
 }  // namespace pendula::dae

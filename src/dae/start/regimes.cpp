@@ -240,9 +240,12 @@ std::optional<RegimeStart> Regimes::enter_one(const StartRequest& before, std::u
   };
   if (!regime.model) return refused("the equations are singular");
   const FirstOrder form = first_order(*regime.model);
-  const auto jump =
-      jump_onto(regime.conditions, form, values_before(*regime.model, before), before.sizes, accuracy.close);
-  if (!jump) return refused("no impulse that the equations allow leads onto the constraints");
+  std::string unknown;
+  const auto jump = jump_onto(regime.conditions, form, values_before(*regime.model, before), before.sizes,
+                              accuracy.close, unknown);
+  if (!jump)
+    return refused(unknown.empty() ? "no impulse that the equations allow leads onto the constraints"
+                                   : unknown);
   StartRequest request = before;
   for (auto& [leaf, value] : request.fix)
     if (const auto at = std::find(form.x.begin(), form.x.end(), leaf); at != form.x.end())

@@ -21,12 +21,15 @@ bool WayCheck::holds(const WayOn& way) const {
   const WayExpansion along = expansion(model_, way, true).value_or(straight(way));
   for (std::size_t j = 0; j < along.derivatives.size(); ++j) {
     const auto& [leaf, d] = along.derivatives[j];
-    const Expr slope = derivative_leaf(leaf);
-    const bool differs = std::find(way.differs.begin(), way.differs.end(), slope) != way.differs.end();
-    if (!differs || d.size() < 2) continue;
-    const double unit = unit_of(slope);
-    const bool moved = std::fabs(d[1] - way.values.at(slope)) > same_derivative * (unit + std::fabs(d[1]));
-    if (moved || !is_least(way, along, j, unit)) return false;
+    for (std::size_t order = 1; order < d.size(); ++order) {
+      const Expr own = derivative_leaf(leaf, static_cast<int>(order));
+      if (std::find(way.differs.begin(), way.differs.end(), own) == way.differs.end()) continue;
+      const double unit = unit_of(own);
+      const auto asked = way.values.find(own);
+      const bool moved = asked != way.values.end() &&
+                         std::fabs(d[order] - asked->second) > same_derivative * (unit + std::fabs(d[order]));
+      if (moved || !is_least(way, along, {j, order}, unit)) return false;
+    }
   }
   return true;
 }
@@ -42,11 +45,11 @@ WayExpansion WayCheck::straight(const WayOn& way) const {
 }
 
 /// At some distance, between what rounding and what missing derivatives hide.
-bool WayCheck::is_least(const WayOn& way, const WayExpansion& along, std::size_t j, double unit) const {
+bool WayCheck::is_least(const WayOn& way, const WayExpansion& along, Place place, double unit) const {
   constexpr double share = 0.3, change = 0.1, least_change = 0.01;
   constexpr double unchanged = 1e-9;
   constexpr int decades = 7;
-  const double slope = along.derivatives[j].second[1];
+  const double slope = along.derivatives[place.leaf].second[place.order];
   const double by = change * std::fabs(slope) + least_change * unit;
   double h = 0.1 * scale_;
   for (int k = 0; k < decades; ++k, h /= 10) {
@@ -54,7 +57,7 @@ bool WayCheck::is_least(const WayOn& way, const WayExpansion& along, std::size_t
     bool least = true, concerned = false;
     for (double sign : {1.0, -1.0}) {
       WayExpansion other = along;
-      other.derivatives[j].second[1] = slope + sign * by;
+      other.derivatives[place.leaf].second[place.order] = slope + sign * by;
       const Vec there = residuals(way, other, h);
       for (Eigen::Index i = 0; i < here.size(); ++i) {
         if (std::fabs(there[i] - here[i]) <= unchanged * std::fabs(there[i])) continue;

@@ -15,14 +15,17 @@ class WayCheck {
   /// numeric: the derivative array by which ways were found, for the units of its columns. Both outlive it.
   WayCheck(const Model& model, const NumericArray& numeric);
 
-  /// Of every first derivative in which the way differs from others: it is that of the expansion at the point, and beside
+  /// Of every derivative in which the way differs from others: it is that of the expansion at the point, and beside
   /// the point the residuals grow where it is changed by a tenth, in either direction.
   bool holds(const WayOn& way) const;
 
  private:
   double unit_of(Expr leaf) const;
   WayExpansion straight(const WayOn& way) const;
-  bool is_least(const WayOn& way, const WayExpansion& along, std::size_t j, double unit) const;
+  struct Place {
+    std::size_t leaf, order;  ///< in the lists of an expansion
+  };
+  bool is_least(const WayOn& way, const WayExpansion& along, Place place, double unit) const;
   Vec residuals(const WayOn& way, const WayExpansion& along, double h) const;
 
   const Model& model_;

@@ -150,3 +150,19 @@ test("steps beside branches that do not meet on the way", function()
     end
   end
 end)
+
+test("of branches that touch, those that are solutions are named, and the smooth one is followed", function()
+  for _, r in ipairs { 1e-3, 1e-5, 1e-6, 1e-7, 1e-9 } do
+    for _, side in ipairs { 1, -1 } do
+      local run = { start = { x = -1, z = side }, to = 2, rtol = r }
+      expect(dae { der(x) ~ 1, 0 ~ z^2 - x^4 }:integrate(run).status):matches "z″ = %-2 or z″ = 2 %("
+      run.branch = "smooth"
+      local sol = dae { der(x) ~ 1, 0 ~ z^2 - x^4 }:integrate(run)
+      if sol.status == "finished" then expect(sol:final(z)):near(side, 1e-3) end  -- or it says why not
+    end
+  end
+  local run = { start = { x = -1, z = 1 }, to = 2 }
+  local function ways(factors) return dae { der(x) ~ 1, 0 ~ factors }:integrate(run).status end
+  expect(ways((z - x^2)*(z - 2*x^2))):matches "z″ = 2 or z″ = 4 %("
+  expect(ways((z - x^2)*(z + x^2 + x^3))):matches "z″ = %-2 or z″ = 2 %("
+end)

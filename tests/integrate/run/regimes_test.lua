@@ -383,3 +383,27 @@ test("drift() of a model with regimes says why it has no constraint", function()
   local sol = ball:integrate { start = { [x] = 1, [v] = 0 }, to = 1 }
   expect(tostring(sol:drift())):matches "no constraint holds in every regime"
 end)
+
+-- Two capacitors are connected at t = 1. The charge is kept: Q = v + v³ and v + eᵛ.
+test("impulses keep the charge of nonlinear capacitors", function()
+  local a, b, i = vars "a_im b_im i_im"
+  local function connected(factor, charge)
+    local sol = dae { factor*der(a) ~ -i, der(b) ~ i, 0 ~ ifelse(lt(t, 1), i, a - b) }
+      :integrate { start = { [a] = 1, [b] = 0 }, to = 2 }
+    expect(sol.status):equals "finished"
+    expect(sol:final(charge + b)):near(sol(charge + b, 0), 1e-9)
+    return sol:final(a)
+  end
+  expect(connected(1 + 3*a^2, a + a^3)):near(0.770916997059, 1e-9)  -- the root of v³ + 2v = 2
+  connected(1 + exp(a), a + exp(a))
+end)
+
+test("impulses whose factors change on their way are refused", function()
+  local u, v, y, f = vars "u_im v_im y_im f_im"
+  for _, friction in ipairs { -0.2*f*sign(u), -f*u, -f*u^2 } do
+    local ball = dae { der(y) ~ v, der(u) ~ 1 + friction, der(v) ~ -10 + f, 0 ~ min(y, f) }
+    local sol = ball:integrate { start = { [y] = 1, [u] = 0, [v] = 0 }, to = 2 }
+    expect(sol.status):matches "the factor of f_im in the equations.*changes during the impulse"
+    expect(sol.t[#sol.t]):near(math.sqrt(0.2), 1e-6)
+  end
+end)
