@@ -117,7 +117,8 @@ double ConstraintPositions::driven_speed(const NumericArray& kept, const std::ve
 /// step is shortened where it leads to no position or to a far one: q may be small beside its distance from the origin.
 bool ConstraintPositions::hold_beside(ConstraintRank& found, const NumericArray& kept, const Vec& at,
                                       const Known& known) const {
-  constexpr double shares[] = {0.05, 5e-3, 5e-4, 5e-5};  // residuals grow like their squares if nothing follows
+  constexpr double shares[] = {0.05, 5e-3, 5e-4,
+                               5e-5};  // residuals grow like their squares if nothing follows
   const auto r = static_cast<Index>(found.kept.size());
   const Vec omega = at.cwiseQuotient(kept.unit());
   const double size = omega.cwiseAbs().maxCoeff() > 0 ? omega.cwiseAbs().maxCoeff() : 1;

@@ -312,7 +312,7 @@ class BranchRun {
     }
     for (const auto& [step, end] : approach_.steps())
       if (end > reached) add_polynomial(step, std::max(step.t, reached), end);
-    add_polynomial(way, std::max(way.t, reached), to);
+    if (const double from = std::max(way.t, reached); to > from) add_polynomial(way, from, to);
     part_.plan.from = to;
     return "";
   }

@@ -166,3 +166,13 @@ test("of branches that touch, those that are solutions are named, and the smooth
   expect(ways((z - x^2)*(z - 2*x^2))):matches "z″ = 2 or z″ = 4 %("
   expect(ways((z - x^2)*(z + x^2 + x^3))):matches "z″ = %-2 or z″ = 2 %("
 end)
+
+test("a run may end where branches meet", function()
+  for _, from in ipairs { -1, 1 } do
+    local sys = dae { der(x) ~ -from, 0 ~ z*(z - x)*(z + 2*x) }
+    local sol = sys:integrate { start = { x = from, z = from }, to = 1, branch = "smooth" }
+    expect(sol.status):equals "finished"
+    expect(sol.t[#sol.t]):near(1, 1e-12)
+    expect(sol:final(z)):near(0, 1e-6)
+  end
+end)
