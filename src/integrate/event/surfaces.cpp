@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <unordered_set>
+#include <utility>
 
 #include "base/error.hpp"
 #include "dae/analysis/determinant_factors.hpp"
@@ -88,6 +89,25 @@ Expr bare_border(Expr node) {
   }
 }
 
+/// e of c e with a number c, and whether c is positive.
+std::pair<Expr, bool> without_factor(Expr e) {
+  bool positive = true;
+  while (!e.is_constant() && !e.is_symbol()) {
+    if (e.op() == Op::neg) {
+      positive = !positive;
+      e = e.operand(0);
+      continue;
+    }
+    const bool product = e.op() == Op::mul;
+    if (!product && e.op() != Op::div) break;
+    const int number = product && e.operand(0).is_constant() ? 0 : 1;
+    if (!e.operand(number).is_constant()) break;
+    positive = positive == (constant_value(e.operand(number)) > 0);
+    e = e.operand(1 - number);
+  }
+  return {e, positive};
+}
+
 std::vector<Expr> equations_of(const dae::FirstOrder& form) {
   std::vector<Expr> all = form.F;
   all.insert(all.end(), form.f.begin(), form.f.end());
@@ -143,12 +163,13 @@ void PiecewiseForm::find_branches(const std::vector<Expr>& nodes) {
   }
 }
 
-/// a < b and b < a have one border.
+/// a < b and b < a have one border, and x/1000 < 0 has that of x < 0.
 std::size_t PiecewiseForm::surface_of(Expr when, bool& reversed) {
-  const Expr other = -when;
+  const auto [e, positive] = without_factor(when);
   for (std::size_t k = 0; k < surfaces_.size(); ++k) {
-    reversed = surfaces_[k].when == other;
-    if (reversed || surfaces_[k].when == when) return k;
+    const auto [known, same] = without_factor(surfaces_[k].when);
+    reversed = (known == e && same != positive) || surfaces_[k].when == -when;
+    if (reversed || known == e) return k;
   }
   reversed = false;
   surfaces_.push_back({when, {}});

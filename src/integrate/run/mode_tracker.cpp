@@ -17,6 +17,7 @@ ModeTracker::ModeTracker(AdaptiveState& state, MethodSelector& method)
       borders_(state.plan.events.list.size()) {}
 
 void ModeTracker::initialise(const Point& point) {
+  creeping_.t = point.t;
   if (state_.plan.modes == 0) return;
   state_.finder.start(point);
   set_modes(point, {});

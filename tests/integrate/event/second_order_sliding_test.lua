@@ -22,6 +22,18 @@ test("super-twisting: x and its disturbed derivative come to rest", function()
     { "auto", "dopri5", "rodas" })
 end)
 
+test("super-twisting in other units: factors do not make other borders", function()
+  for _, S in ipairs { 1e-6, 1e6 } do
+    for _, T in ipairs { 1e-3, 1e3 } do
+      local sys = dae { der(x) ~ S/T*(-1.5*root(x/S)) + v, der(v) ~ -1.1*S/T^2*sign(x) }
+      local sol = sys:integrate { start = { [x] = S, [v] = 0.3*S/T }, to = 15*T, rtol = 1e-6 }
+      expect(sol.status):equals "finished"
+      expect(math.abs(sol:final(x)) < 1e-4*S):equals(true)
+      expect(math.abs(sol:final(v)) < 1e-4*S/T):equals(true)
+    end
+  end
+end)
+
 test("Levant's differentiator follows sin t and its derivative", function()
   local e = x - sin(t)
   slides(dae { der(x) ~ -1.5*root(e) + v, der(v) ~ -1.1*sign(e) }, { [x] = 1, [v] = 0.3 }, { e, v - cos(t) },
