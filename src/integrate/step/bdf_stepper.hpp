@@ -81,6 +81,7 @@ class BdfStepper final : public Stepper {
   void choose_order(double error);
   void set_end(double t);
 
+  static constexpr int most_corrections = 4;
   int N_, highest_;
   std::vector<int> index_;
   RhsSolver rhs_;

@@ -1,0 +1,200 @@
+// Newton's iteration of a multistep step: Jacobian, factorisation, corrections, and what is left of the residual.
+#include <algorithm>
+#include <cmath>
+
+#include "integrate/step/bdf_stepper.hpp"
+
+namespace pendula::integrate {
+
+/// The tolerance of unknown k, divided by dt per index.
+double BdfStepper::scale(int k, double size) const {
+  double result = weight(k, size);
+  for (int level = 1; level < index_[k]; ++level) result /= std::min(1.0, dt_);
+  return std::max(result, rounding_.least(k, dt_));
+}
+
+double BdfStepper::scaled_norm(const double* e, double factor) const {
+  ErrorSum sum;
+  for (int k = 0; k < N_; ++k) sum.add(factor * e[k] / attempt_.scale[k]);
+  return sum.norm(N_);
+}
+
+bool BdfStepper::evaluate_jacobian(double t) {
+  jacobian_.fresh = true;
+  jacobian_.factorised_for = 0;
+  double* at = problem_->unknowns();
+  const auto take = [&](double time, const double* x) {
+    problem_->set_time(time);
+    for (int k = 0; k < n(); ++k) {
+      at[k] = x[k];
+      at[n() + k] = attempt_.psi[k] / attempt_.c;
+    }
+    for (int k = n(); k < N_; ++k) at[n() + k] = attempt_.predicted[k];
+    jacobian_.entries = problem_->jacobian();
+    ++stats_.jacobians;
+    return std::all_of(jacobian_.entries.begin(), jacobian_.entries.end(),
+                       [](double e) { return std::isfinite(e); });
+  };
+  return take(t, attempt_.predicted.data()) ||
+         take_beside([&](const Point& there) { return take(there.t, there.x.data()); });
+}
+
+bool BdfStepper::factorise() {
+  for (std::size_t k = 0; k < rows_.column_scale.size(); ++k)
+    rows_.column_scale[k] = std::pow(attempt_.c, 1 - index_[k]);
+  for (std::size_t k = 0; k < jacobian_.entries.size(); ++k) {
+    jacobian_.matrix[k] = rows_.in_mass[k] ? jacobian_.entries[k] / attempt_.c : jacobian_.entries[k];
+    if (!rows_.column_scale.empty()) jacobian_.matrix[k] *= rows_.column_scale[rows_.positions[k].column];
+  }
+  ++stats_.factorisations;
+  jacobian_.factorised_for = solver_.factorise(jacobian_.matrix.data()) ? attempt_.c : 0;
+  return jacobian_.factorised_for != 0;
+}
+
+void BdfStepper::solve(double* right) {
+  solver_.solve(right);
+  for (std::size_t k = 0; k < rows_.column_scale.size(); ++k) right[k] *= rows_.column_scale[k];
+}
+
+/// Were the last corrections of an iteration that did not converge, or the error that was too large,
+/// rounding?
+RoundingFloor::Answer BdfStepper::at_rounding(double length) {
+  constexpr double sums = 100;  // what differences and sums over the steps make of it
+  std::vector<double> slopes(static_cast<std::size_t>(n()));
+  for (std::size_t k = 0; k < slopes.size(); ++k) slopes[k] = (attempt_.psi[k] + attempt_.d[k]) / attempt_.c;
+  const auto answer = rounding_.look(
+      {rows_.positions, jacobian_.entries, rows_.in_mass, [&](double* right) { solve(right); }},
+      attempt_.y.data(), slopes.data(), attempt_.scale, dt_, length, sums);
+  if (rounding_.trouble > 0) trouble_ = rounding_text(rounding_, unknown_name(rounding_.worst));
+  if (answer == RoundingFloor::Answer::accepted)
+    iteration_.tolerance = std::max(iteration_.tolerance, std::min(0.1, sums / 10 * rounding_.floor));
+  return answer;
+}
+
+/// Do x′ and the residual of the last iteration belong to a step that is nearly solved? A measured contraction
+/// below ½ says so too: the Jacobian is right to a factor of two.
+bool BdfStepper::plausible() {
+  if (check_.empty()) return true;
+  check_.begin();
+  check_.add(problem_->unknowns() + n(), 1, attempt_.residual.data(), 1, jacobian_.entries);
+  return check_.plausible(dt_, attempt_.scale, jacobian_.entries);
+}
+
+/// F at y⁰ + d to r.
+void BdfStepper::residual_at_end() {
+  double* at = problem_->unknowns();
+  for (int k = 0; k < N_; ++k) {
+    at[k < n() ? k : n() + k] = attempt_.y[k];
+    if (k < n()) at[n() + k] = (attempt_.psi[k] + attempt_.d[k]) / attempt_.c;
+  }
+  problem_->residual(attempt_.r.data());
+  ++stats_.evaluations;
+}
+
+/// A Jacobian that is far too large, from before the end of a stiff phase or from where an exponential was huge, makes
+/// corrections tiny: is a residual left that would be seen without it?
+bool BdfStepper::is_hidden() {
+  if (!determined_) return false;
+  const auto visible = [&](const std::vector<double>& F) {
+    return !jacobian_.fresh && check_.is_visible(attempt_.c, F.data(), attempt_.scale, jacobian_.entries);
+  };
+  const auto stagnates = [&](const std::vector<double>& F) {
+    return check_.stagnates(F.data(), 1, attempt_.y.data(), jacobian_.entries);
+  };
+  if (!visible(attempt_.residual) && !stagnates(attempt_.residual)) return false;
+  residual_at_end();
+  if (visible(attempt_.r)) return true;
+  check_.set_first(attempt_.residual.data(), 1);
+  return stagnates(attempt_.r) && !is_corrected();
+}
+
+/// The correction that is left, by the Jacobian at y⁰ + d, is within what the iteration may leave; it is added. That
+/// Jacobian is the one at hand from now on.
+bool BdfStepper::is_corrected() {
+  const std::vector<double> F = attempt_.r;
+  const std::vector<double>& entries = problem_->jacobian();
+  ++stats_.jacobians;
+  if (!std::all_of(entries.begin(), entries.end(), [](double e) { return std::isfinite(e); })) return false;
+  jacobian_.entries = entries;
+  jacobian_.fresh = true;
+  if (!factorise()) return false;
+  solve(attempt_.r.data());
+  const double norm = scaled_norm(attempt_.r.data(), 1);
+  if (!(norm <= iteration_.tolerance)) return false;
+  check_.set_harmless(F.data(), attempt_.y.data(), jacobian_.entries);
+  for (std::size_t i = 0; i < attempt_.d.size(); ++i) {
+    attempt_.d[i] -= attempt_.r[i];
+    attempt_.y[i] = attempt_.predicted[i] + attempt_.d[i];
+  }
+  return true;
+}
+
+/// F(t, y⁰ + d, (ψ + d)/c) = 0 for d.
+BdfStepper::Newton BdfStepper::newton(double t) {
+  problem_->set_time(t);
+  double* at = problem_->unknowns();
+  std::fill(attempt_.d.begin(), attempt_.d.end(), 0.0);
+  double before = 0;
+  for (iteration_.count = 1; iteration_.count <= most_corrections; ++iteration_.count) {
+    for (int k = 0; k < N_; ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      attempt_.y[i] = attempt_.predicted[i] + attempt_.d[i];
+      at[k < n() ? k : n() + k] = attempt_.y[i];
+      if (k < n()) at[n() + k] = (attempt_.psi[i] + attempt_.d[i]) / attempt_.c;
+    }
+    problem_->residual(attempt_.r.data());
+    ++stats_.evaluations;
+    ++stats_.newton_iterations;
+    double finite = 0;
+    for (double r : attempt_.r) finite += r * 0;
+    if (finite != 0) {
+      trouble_ = "the equations are not finite near here";
+      return Newton::not_finite;
+    }
+    attempt_.residual = attempt_.r;
+    if (iteration_.count == 1) check_.set_first(attempt_.r.data(), 1);
+    solve(attempt_.r.data());
+    const double length = scaled_norm(attempt_.r.data(), 1);
+    iteration_.length = length;
+    const double rate = iteration_.count > 1 ? length / before : 0;
+    const bool negligible = length <= 1e-3 * iteration_.tolerance;  // whatever the rate: rounding has none
+    if (iteration_.count > 1 && !negligible &&
+        (rate >= 1 ||
+         std::pow(rate, most_corrections - iteration_.count) / (1 - rate) * length > iteration_.tolerance))
+      break;
+    for (std::size_t i = 0; i < attempt_.d.size(); ++i) attempt_.d[i] -= attempt_.r[i];
+    const bool small =
+        negligible || (iteration_.count > 1 && rate / (1 - rate) * length < iteration_.tolerance);
+    if (small && ((iteration_.count > 1 && rate < 0.5) || plausible())) {
+      for (std::size_t i = 0; i < attempt_.d.size(); ++i)
+        attempt_.y[i] = attempt_.predicted[i] + attempt_.d[i];
+      return is_hidden() ? Newton::slow : Newton::converged;
+    }
+    before = length;
+  }
+  return Newton::slow;
+}
+
+/// Newton's iteration with the Jacobian at hand, and once more with a new one.
+BdfStepper::Newton BdfStepper::solve_step(double t) {
+  Newton result = Newton::not_finite;
+  for (int attempt = 0; attempt < 2 && result != Newton::converged; ++attempt) {
+    if (jacobian_.entries.empty() || (attempt > 0 && !jacobian_.fresh)) {
+      if (!evaluate_jacobian(t)) {
+        trouble_ = "the equations are not finite near here";
+        jacobian_.entries.clear();
+        break;
+      }
+    } else if (attempt > 0) {
+      break;
+    }
+    if (jacobian_.factorised_for != attempt_.c && !factorise()) {
+      trouble_ = "the iteration matrix is singular";
+      continue;
+    }
+    result = newton(t);
+  }
+  return result;
+}
+
+}  // namespace pendula::integrate

@@ -1,0 +1,166 @@
+// The error estimates of an implicit step: filtered by the matrix of its beginning, by that of its end, stiff parts.
+#include <algorithm>
+#include <cmath>
+
+#include "integrate/solve/vector_sums.hpp"
+#include "integrate/step/irk_stepper.hpp"
+
+namespace pendula::integrate {
+
+/// ‖(γ/h M + J)⁻¹ F(t₀, y, v)‖ with x′ = work_.velocity.
+double IrkStepper::filtered_error(const double* y) {
+  problem_->set_time(here_.t);
+  double* at = problem_->unknowns();
+  std::copy_n(y, n(), at);
+  std::copy_n(work_.velocity.data(), n(), at + n());
+  std::copy_n(y + n(), m(), at + 2 * n());
+  problem_->residual(error_.data());
+  ++stats_.evaluations;
+  // The residual of a constraint in x alone belongs to the point the step begins at, and h⁻² of it would be
+  // seen in an index-3 multiplier however small the step.
+  for (std::size_t k = 0; k < error_.size(); ++k) error_[k] = rows_.bare[k] ? 0 : -error_[k];
+  matrices().real.solve(error_.data());
+  ErrorSum sum;
+  for (int k = 0; k < N_; ++k) sum.add(error_[k] / scales_.scale[k]);
+  return std::max(sum.norm(N_), 1e-10);
+}
+
+/// The error in units of the tolerance. A matrix that is far off, or that of a solution which grows fast, damps the
+/// estimate whatever the step does: then it is taken without the matrix.
+double IrkStepper::error_norm(double dt, bool again) {
+  const double norm = damped_error_norm(dt, again);
+  if (!(norm < 1) || check_.empty() || rounding_.has_multipliers()) return norm;
+  return check_.undamped_norm(norm, error_.data(), f().gamma / dt, scales_.scale, jacobian_.entries);
+}
+
+/// Where the equations have become less stiff along the step than the Jacobian at hand says, a matrix that is far too
+/// large makes corrections and error estimates tiny. Over a step much longer than the last, and where a residual is left
+/// that would be seen without the matrix: one more correction of the last stage, with the Jacobian there; its norm.
+double IrkStepper::correction_at_end(double dt) {
+  constexpr double longer = 2;
+  if (!determined_) return 0;
+  const bool due = last_.dt > 0 && (iteration_.wary > 0 || dt > longer * last_.dt);
+  const double gh = dt / f().gamma;
+  const int last = f().s - 1;
+  const double* Z = Z_.data() + static_cast<std::ptrdiff_t>(last) * N_;
+  bool stagnates = false;
+  if (check_.has_algebraic()) {
+    for (int k = 0; k < N_; ++k) work_.transformed[k] = y_[k] + Z[k];
+    const auto [F, stride] = last_residual();
+    stagnates = check_.stagnates(F, stride, work_.transformed.data(), jacobian_.entries);
+    check_.set_first(F, stride);
+  }
+  if (!due && !stagnates && !check_.leaves_visible(gh, scales_.scale, jacobian_.entries)) return 0;
+  double* at = problem_->unknowns();
+  problem_->set_time(here_.t + f().c[last] * dt);
+  for (int k = 0; k < N_; ++k) at[k < n() ? k : n() + k] = y_[k] + Z[k];
+  for (int j = 0; j <= last; ++j) work_.weights[j] = f().W(last, j) / dt;
+  combine(n(), nullptr, work_.weights, Z_.data(), N_, at + n());
+  problem_->residual(error_.data());
+  ++stats_.evaluations;
+  stagnates = stagnates && check_.stagnates(error_.data(), 1, work_.transformed.data(), jacobian_.entries);
+  if (!due && !stagnates && !check_.is_visible(gh, error_.data(), scales_.scale, jacobian_.entries)) return 0;
+  const std::vector<double>& entries = problem_->jacobian();
+  for (std::size_t k = 0; k < entries.size(); ++k)
+    shifted_.real[k] = rows_.in_mass[k] ? entries[k] / gh : entries[k];
+  ++stats_.jacobians;
+  ++stats_.factorisations;
+  if (jacobian_.end.size() == 0) jacobian_.end.analyse(N_, rows_.positions);
+  if (!jacobian_.end.factorise(shifted_.real.data())) return 0;
+  std::copy_n(error_.begin(), N_, work_.residual.begin());
+  jacobian_.end.solve(error_.data());
+  ErrorSum sum;
+  for (int k = 0; k < N_; ++k) sum.add(error_[k] / scales_.scale[k]);
+  const double norm = sum.norm(N_);
+  if (stagnates && norm < 1) check_.set_harmless(work_.residual.data(), work_.transformed.data(), entries);
+  constexpr int calm = 4;  // steps until a surprise is forgotten
+  if (norm >= 1)
+    iteration_.wary = calm;
+  else if (norm < 0.1 && iteration_.wary > 0)
+    --iteration_.wary;
+  return std::isfinite(norm) ? norm : 0;
+}
+
+/// A method with |R(∞)| = 1, as Gauss's are, keeps the errors of stiff components from step to step, and an estimate
+/// from the stages of one step does not see them. But the equations do: such a component follows from the others, and
+/// the distance of its end from there is (γ/h M + J)⁻¹ F(t₁, y₁, v), v the slope that the collocation polynomial ends
+/// with (work_.velocity). Where nothing is stiff, a distance of many tolerances is left by a pulse at the end, where
+/// such a method has no stage.
+double IrkStepper::stiff_error_at_end(double dt) {
+  constexpr double stiff = 0.3;   // of the distance without the matrix
+  constexpr double pulse = 0.02;  // 50 tolerances; the estimate and this distance are both of order s + 1
+  if (f().stiffly_accurate || !determined_ || rounding_.has_multipliers()) return 0;
+  ErrorSum without;
+  for (int k = 0; k < n(); ++k)
+    without.add((next_.xdot[k] - work_.velocity[k]) * dt / f().gamma / scales_.scale[k]);
+  const double undamped = without.norm(N_);
+  if (!(stiff * undamped >= 1)) return 0;
+  if (matrices().code) {  // it has factors of its own
+    shift(f().gamma / dt);
+    if (!matrices().real.factorise(shifted_.real.data())) return 0;
+  }
+  problem_->place(next_.t, next_.x.data(), work_.velocity.data(), next_.z.data());
+  problem_->residual(error_.data());
+  ++stats_.evaluations;
+  matrices().real.solve(error_.data());
+  ErrorSum sum;
+  for (int k = 0; k < N_; ++k) sum.add(error_[k] / scales_.scale[k]);
+  const double norm = sum.norm(N_);
+  if (!(norm < stiff * undamped)) return pulse * norm;
+  if (norm < 1) release_stiff_error(dt);
+  return norm;
+}
+
+/// The end moves by the stiff part of what stiff_error_at_end() has found: kept below the tolerance, errors of ±δ in
+/// every step still act on the rest by δ² where the equations are not linear. ((γ/h M + J)⁻¹ J)ᵏ leaves stiff parts as
+/// they are and takes (hλ/γ)ᵏ of the others, which the order of the method is better than; linear invariants stay.
+void IrkStepper::release_stiff_error(double dt) {
+  constexpr int powers = 3;
+  if (problem_->projects()) return;
+  std::vector<double>& slow = work_.transformed;
+  for (int p = 0; p < powers; ++p) {
+    std::fill_n(slow.begin(), N_, 0.0);
+    for (std::size_t k = 0; k < jacobian_.entries.size(); ++k) {
+      const Position& at = rows_.positions[k];
+      if (rows_.in_mass[k]) slow[at.row] += f().gamma / dt * jacobian_.entries[k] * error_[at.column];
+    }
+    matrices().real.solve(slow.data());
+    add_multiple(error_.data(), -1, slow.data(), N_);
+  }
+  const Point before = next_;
+  for (int k = 0; k < n(); ++k) next_.x[k] -= error_[k];
+  if (!rhs_(next_.t, next_.x.data(), next_.xdot.data(), next_.z.data())) next_ = before;
+}
+
+double IrkStepper::damped_error_norm(double dt, bool again) {
+  if (NewtonCode* code = matrices().code.get()) return damped_error_norm(*code, again);
+  const auto size = static_cast<std::size_t>(N_);
+  std::fill_n(work_.velocity.data(), n(), 0.0);
+  for (int i = 0; i < f().s; ++i)
+    add_multiple(work_.velocity.data(), -f().error[i] / dt, Z_.data() + static_cast<std::size_t>(i) * size,
+                 n());
+  double norm = filtered_error(y_.data());
+  if (norm < 1 || !again) return norm;
+  // The first estimate of a very stiff component is too large: once more from y₀ + err.
+  std::vector<double>& moved = work_.transformed;
+  for (std::size_t k = 0; k < size; ++k) moved[k] = y_[k] + error_[k];
+  const double second = filtered_error(moved.data());
+  return std::isfinite(second) ? second : norm;
+}
+
+double IrkStepper::damped_error_norm(NewtonCode& code, bool again) {
+  const auto norm = [&](const NewtonCode::End& end) {
+    ++stats_.evaluations;
+    error_.assign(end.error, end.error + N_);
+    return std::max(ErrorSum::norm(end.sum, end.largest, N_), 1e-10);
+  };
+  const double first = norm(end_ = code.end());
+  if (first < 1 || !again) return first;
+  std::vector<double>& moved = work_.transformed;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(N_); ++k) moved[k] = y_[k] + error_[k];
+  const double second = norm(code.end_at(moved.data()));
+  end_ = code.end();
+  return std::isfinite(second) ? second : first;
+}
+
+}  // namespace pendula::integrate
