@@ -254,7 +254,7 @@ def quick(scratch):
             for file in ADDITIONS[name][0]:
                 if file.endswith(".cpp"):
                     compile_in(scratch, commands, file)
-        print("syntax only, as files are compiled together (PENDULA_FILES_AT_A_TIME); ./dev contribute builds and runs it all")
+        print("syntax only, as files are compiled together (PENDULA_UNITY); ./dev contribute builds and runs it all")
         return
     for name in names:
         for file in ADDITIONS[name][0]:
