@@ -11,10 +11,10 @@
 #include "dae/model/lineage.hpp"
 #include "dae/model/solved_rows.hpp"
 #include "dae/points/array_points.hpp"
-#include "dae/points/derivative_array.hpp"
 #include "dae/rank/rank.hpp"
 #include "dae/rank/rank_with_gap.hpp"
 #include "dae/reduce/reduce.hpp"
+#include "dae/start/numeric_arrays.hpp"
 #include "dae/start/start_system.hpp"
 #include "dae/start/way_check.hpp"
 #include "expr/print/print.hpp"
@@ -110,9 +110,9 @@ struct Order {
   std::vector<Expr> leaves;
 };
 
-Order of_order(const DerivativeArray& array, const std::vector<Expr>& all, int order) {
+Order of_order(const std::vector<Expr>& states, const std::vector<Expr>& all, int order) {
   Order found;
-  for (Expr state : array.states()) {
+  for (Expr state : states) {
     const auto at = std::find(all.begin(), all.end(), derivative_leaf(state, order));
     if (at == all.end() || std::find(found.leaves.begin(), found.leaves.end(), *at) != found.leaves.end())
       continue;
@@ -169,10 +169,10 @@ std::optional<SolvedArray> solved_near(const NumericArray& numeric, Index held, 
 }
 
 /// Up to which order, at most k, every derivative of every unknown is determined.
-int determined_orders(const DerivativeArray& array, const std::vector<Expr>& columns,
+int determined_orders(const std::vector<Expr>& states, const std::vector<Expr>& columns,
                       const SolvedArray& solved, int k) {
   for (int order = 1; order <= k; ++order) {
-    const Order derivatives = of_order(array, columns, order);
+    const Order derivatives = of_order(states, columns, order);
     const auto& list = derivatives.columns;
     if (list.empty() || std::any_of(list.begin(), list.end(), [&](Index j) { return solved.open[j] != 0; }))
       return order - 1;
@@ -187,33 +187,31 @@ std::vector<WayOn> ways_on(const Model& m, const PointValues& point) {
   constexpr std::size_t affordable = 12, most = 4;
   if (m.variables.size() > affordable || !m.inputs.empty() || m.residuals.size() != m.variables.size())
     return {};
+  const auto arrays = numeric_arrays(m);
+  const std::vector<Expr>& states = arrays->states();
   std::vector<WayOn> only;
-  for (const bool exact : {true, false}) {
-    DerivativeArray array(m.residuals, m.variables);
+  for (const bool exact : {true, false})
     for (int k = 1; k <= most_derivatives; ++k) {
-      array.extend();
-      const NumericArray numeric(array, NumericArray::Units::always);
-      const std::vector<Vec> points =
-          points_near(numeric, static_cast<Index>(array.states().size()), point, exact);
+      const NumericArray& numeric = arrays->of_order(k);
+      const std::vector<Vec> points = points_near(numeric, static_cast<Index>(states.size()), point, exact);
       for (int order = 1; order <= k && !points.empty(); ++order) {
-        const Order derivatives = of_order(array, numeric.columns(), order);
+        const Order derivatives = of_order(states, numeric.columns(), order);
         std::vector<Cluster> found = clusters(points, derivatives.columns, numeric.unit());
         if (found.size() == 1) {
-          if (order == 1) only = ways_of(found, derivatives, numeric, point, array.states().size());
+          if (order == 1) only = ways_of(found, derivatives, numeric, point, states.size());
           continue;
         }
         only.clear();
         const auto alone = std::erase_if(found, [](const Cluster& c) { return c.count == 1; });
         const bool clear = found.size() >= 2 && found.size() <= most && 3 * alone <= points.size();
         if (!clear) break;
-        auto ways = ways_of(found, derivatives, numeric, point, array.states().size());
+        auto ways = ways_of(found, derivatives, numeric, point, states.size());
         const WayCheck check(m, numeric);
         std::erase_if(ways, [&](const WayOn& way) { return !check.holds(way); });
         if (!ways.empty()) return ways;
         break;
       }
     }
-  }
   return only;
 }
 
@@ -275,9 +273,11 @@ std::optional<double> meeting_time(const Model& m, const WayExpansion& way, cons
   std::vector<Expr> slopes;
   for (const Entry& e : entries) slopes.push_back(e.value);
   const auto n = static_cast<Index>(m.variables.size());
+  int order = 1;  // of the derivatives that the equations contain
+  for (const Variable& v : m.variables) order = std::max(order, v.order);
+  PointValues values = others;
   const auto size = [&](double t) {
-    PointValues values = others;
-    for (const auto& [leaf, value] : way.at(t)) values[leaf] = value;
+    for (const auto& [leaf, value] : way.at(t, order)) values[leaf] = value;
     const auto numbers = pendula::evaluate(slopes, values);
     Mat J = Mat::Zero(n, n);
     for (std::size_t k = 0; k < entries.size(); ++k) J(entries[k].row, entries[k].column) = numbers[k];
@@ -294,20 +294,28 @@ std::optional<double> meeting_time(const Model& m, const WayExpansion& way, cons
   }
   double a = way.t + std::max(lowest - 1, 0) * step, b = way.t + std::min(lowest + 1, samples) * step;
   constexpr double golden = 0.6180339887498949;
-  for (int i = 0; i < halvings; ++i) {
-    const double left = b - golden * (b - a), right = a + golden * (b - a);
-    (size(left) < size(right) ? b : a) = size(left) < size(right) ? right : left;
-  }
+  double left = b - golden * (b - a), right = a + golden * (b - a);
+  double size_left = size(left), size_right = size(right);
+  for (int i = 0; i < halvings; ++i)
+    if (size_left < size_right) {
+      b = std::exchange(right, left);
+      size_right = size_left;
+      size_left = size(left = b - golden * (b - a));
+    } else {
+      a = std::exchange(left, right);
+      size_left = size_right;
+      size_right = size(right = a + golden * (b - a));
+    }
   const double t = (a + b) / 2;
   if (!(size(t) <= vanished * largest)) return {};
   return t;
 }
 
-PointValues WayExpansion::at(double time) const {
+PointValues WayExpansion::at(double time, int highest) const {
   PointValues values{{time_symbol(), time}};
   const double h = time - t;
   for (const auto& [leaf, d] : derivatives)
-    for (std::size_t order = 0; order < d.size(); ++order) {
+    for (std::size_t order = 0; order < d.size() && order <= static_cast<std::size_t>(highest); ++order) {
       double value = 0;
       for (std::size_t k = d.size(); k-- > order;)
         value = d[k] + value * h / static_cast<double>(k - order + 1);
@@ -333,30 +341,29 @@ double WayExpansion::last_terms(std::size_t leaf, double distance) const {
 std::optional<WayExpansion> expansion(const Model& m, const WayOn& way, bool at_meeting) {
   constexpr int most_derivatives = 7;
   constexpr std::size_t long_rows = 1'000;  // nodes
-  DerivativeArray array(m.residuals, m.variables);
-  std::vector<Expr> held = m.states();
+  const auto arrays = numeric_arrays(m);
+  const auto states = static_cast<Index>(arrays->states().size());
+  auto held = static_cast<Index>(m.states().size());
+  const double negligible = at_meeting ? vanishing : 0;
+  PointValues values = way.values;
   std::optional<WayExpansion> best;
   int reached = 0;
-  for (int k = 1; k <= most_derivatives; ++k) {
-    array.extend();
-    if (topological(array.rows()).size() > long_rows) break;
-    std::vector<Expr> columns = held;
-    for (Expr leaf : array.columns())
-      if (std::find(held.begin(), held.end(), leaf) == held.end()) columns.push_back(leaf);
-    const NumericArray numeric(array.rows(), columns, NumericArray::Units::always);
-    const double negligible = at_meeting ? vanishing : 0;
-    const auto states = static_cast<Index>(array.states().size());
-    auto solved = solved_near(numeric, static_cast<Index>(held.size()), states, way.values, negligible);
+  for (int k = 1; k <= most_derivatives && arrays->nodes(k) <= long_rows; ++k) {
+    const NumericArray& numeric = arrays->of_order(k);
+    auto solved = solved_near(numeric, held, states, values, negligible);
     if (!solved && k == 1) {  // hidden conditions on the states, known to some digits
-      held.clear();
-      solved = solved_near(numeric, 0, states, way.values, negligible);
+      held = 0;
+      solved = solved_near(numeric, held, states, values, negligible);
     }
     if (!solved) continue;
-    const int order = determined_orders(array, columns, *solved, k);
+    const auto& columns = numeric.columns();
+    for (Index j = states; j < std::ssize(columns) && !at_meeting; ++j)  // a start for the next order
+      if (!solved->open[j]) values[columns[j]] = solved->w[j];
+    const int order = determined_orders(arrays->states(), columns, *solved, k);
     if (order <= reached) continue;
     reached = order;
     best = WayExpansion{way.values.at(time_symbol()), {}};
-    for (Expr state : array.states()) {
+    for (Expr state : arrays->states()) {
       std::vector<double> d;
       for (int i = 0; i <= order; ++i) {
         const auto column = std::find(columns.begin(), columns.end(), derivative_leaf(state, i));

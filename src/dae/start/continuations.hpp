@@ -1,6 +1,7 @@
 // How solutions can go on from a singular point.
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <unordered_map>
@@ -41,8 +42,8 @@ std::string cannot_choose(const Model& model, Expr leaf, double value);
 struct WayExpansion {
   double t = 0;
   std::vector<std::pair<Expr, std::vector<double>>> derivatives;
-  /// Values and derivatives at another time.
-  PointValues at(double time) const;
+  /// Values and derivatives, up to the given order, at another time.
+  PointValues at(double time, int highest = std::numeric_limits<int>::max()) const;
   /// The larger of the last two terms of a leaf at a distance from t: what is left out is smaller.
   double last_terms(std::size_t leaf, double distance) const;
 };

@@ -1,0 +1,37 @@
+// The derivative arrays of a model in numbers, F_1, F_2 … as far as they have been asked for.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "dae/points/array_points.hpp"
+
+namespace pendula::dae {
+
+/// Whoever looks for ways on from a point asks for the same arrays at every point, and for every way found there.
+class NumericArrays {
+ public:
+  explicit NumericArrays(const Model& model);
+
+  /// F_k; columns: the states of the model, algebraic variables, x′, then the higher derivatives.
+  const NumericArray& of_order(int k);
+  /// How many nodes the rows of F_k have.
+  std::size_t nodes(int k);
+  const std::vector<Expr>& states() const { return array_.states(); }  ///< and algebraic variables
+
+ private:
+  struct Level {
+    std::vector<Expr> rows, columns;
+    std::unique_ptr<NumericArray> numeric;  ///< made when it is asked for
+  };
+  Level& level(int k);
+
+  DerivativeArray array_;
+  std::vector<Expr> held_;  ///< the states of the model
+  std::vector<Level> levels_;
+};
+
+/// Those of the last few models are kept.
+std::shared_ptr<NumericArrays> numeric_arrays(const Model& model);
+
+}  // namespace pendula::dae
