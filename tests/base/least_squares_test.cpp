@@ -6,7 +6,8 @@
 #include <cmath>
 #include <complex>
 
-using namespace pendula;
+namespace pendula::least_squares_test {
+
 using Eigen::Index;
 
 namespace {
@@ -175,3 +176,5 @@ TEST_CASE("a large residual: convergence although JᵀJ is a poor model of the c
     CHECK(std::fabs(m.theta[0]) < 1e-6);
   }
 }
+
+}  // namespace pendula::least_squares_test

@@ -5,6 +5,8 @@
 
 #include "base/lru_cache.hpp"
 
+namespace pendula::lru_cache_test {
+
 using pendula::LruCache;
 
 TEST_CASE("lru cache: the least recently used entry goes first") {
@@ -36,3 +38,5 @@ TEST_CASE("lru cache: sizes add up to the capacity, and the newest entry stays")
   CHECK(cache.size() == 1);
   CHECK(**cache.find({3}) == 3);
 }
+
+}  // namespace pendula::lru_cache_test

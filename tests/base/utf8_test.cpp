@@ -5,6 +5,8 @@
 
 #include "base/utf8.hpp"
 
+namespace pendula::utf8_test {
+
 using pendula::malformed_utf8;
 
 namespace {
@@ -36,3 +38,5 @@ TEST_CASE("utf8: bytes that begin nothing, and longer forms of short ones") {
                                 "\xF5\x80\x80\x80", "\xFF", "\xC3(", "\xE2\x82(", "\xF0\x9D\x84("})
     CHECK(malformed_utf8("x" + bad) == 1);
 }
+
+}  // namespace pendula::utf8_test

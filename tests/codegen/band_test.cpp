@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-using namespace pendula;
+namespace pendula::band_test {
 
 TEST_CASE("band: definite matrices of all small sizes agree with dense elimination") {
   std::mt19937_64 random(7);
@@ -53,3 +53,5 @@ TEST_CASE("band: a matrix known by heart") {
     CHECK(x[i] == doctest::Approx(at * (1 - at) / 2).epsilon(1e-12));  // condition 4·10³
   }
 }
+
+}  // namespace pendula::band_test

@@ -10,7 +10,8 @@
 #include "codegen/program/writer.hpp"
 #include "tests/require_code.hpp"
 
-using namespace pendula;
+namespace pendula::contract_test {
+
 using namespace pendula::codegen;
 
 namespace {
@@ -116,3 +117,5 @@ TEST_CASE("contract: random sums need registers again and again") {
       CHECK(std::fabs(one[k] - other[k]) <= 1e-13 * (1 + std::fabs(one[k])));  // 600 roundings
   }
 }
+
+}  // namespace pendula::contract_test

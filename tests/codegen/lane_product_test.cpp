@@ -8,7 +8,8 @@
 #include "codegen/routines/lane_product.hpp"
 #include "tests/require_code.hpp"
 
-using namespace pendula;
+namespace pendula::lane_product_test {
+
 using namespace pendula::codegen;
 
 TEST_CASE("lane products: every number of rows, terms and vectors") {
@@ -50,3 +51,5 @@ TEST_CASE("lane products: every number of rows, terms and vectors") {
         CHECK(largest == doctest::Approx(scaled.cwiseAbs2().maxCoeff()).epsilon(1e-12));
       }
 }
+
+}  // namespace pendula::lane_product_test

@@ -15,7 +15,8 @@
 #include "tests/expr/random_expressions.hpp"
 #include "tests/require_code.hpp"
 
-using namespace pendula;
+namespace pendula::machine_test {
+
 using codegen::Kernel;
 
 namespace {
@@ -369,3 +370,5 @@ TEST_CASE("tape: on random graphs every value is what its operation makes of its
     CHECK(wrong_values(program, points, values, 0) == 0);
   }
 }
+
+}  // namespace pendula::machine_test

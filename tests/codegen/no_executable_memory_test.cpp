@@ -8,7 +8,8 @@
 #include "tests/refuse_code.hpp"
 #include "tests/require_code.hpp"
 
-using namespace pendula;
+namespace pendula::no_executable_memory_test {
+
 using codegen::Kernel;
 
 TEST_CASE("machine code: where the system refuses more executable memory, kernels stay on the tape") {
@@ -28,3 +29,5 @@ TEST_CASE("machine code: where the system refuses more executable memory, kernel
     return 0;
   });
 }
+
+}  // namespace pendula::no_executable_memory_test

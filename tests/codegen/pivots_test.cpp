@@ -8,6 +8,8 @@
 
 #include <doctest/doctest.h>
 
+namespace pendula::pivots_test {
+
 using namespace pendula::codegen;
 
 namespace {
@@ -105,3 +107,5 @@ TEST_CASE("pivots: a singular matrix has none") {
   CHECK_FALSE(choose_pivots(1, {NAN}, {1}));
   CHECK(choose_pivots(2, {0, 1, 1, 0}, {1, 1, 1, 1}));
 }
+
+}  // namespace pendula::pivots_test

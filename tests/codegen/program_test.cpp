@@ -8,7 +8,8 @@
 #include "codegen/kernel/kernel.hpp"
 #include "codegen/program/program.hpp"
 
-using namespace pendula;
+namespace pendula::program_test {
+
 using namespace pendula::codegen;
 
 namespace {
@@ -69,3 +70,5 @@ TEST_CASE("program: even functions of mirrored differences, and only those, are 
                                      -u,    -u * u * u, std::sin(u),         std::cos(u)};
   for (std::size_t k = 0; k < f.size(); ++k) CHECK(std::fabs(out[k] / expected[k] - 1) < 4e-16);
 }
+
+}  // namespace pendula::program_test

@@ -9,7 +9,8 @@
 #include "codegen/linear/straight_lu.hpp"
 #include "tests/require_code.hpp"
 
-using namespace pendula;
+namespace pendula::straight_lu_test {
+
 using codegen::StraightLU;
 using Positions = std::vector<StraightLU::Position>;
 
@@ -271,3 +272,5 @@ TEST_CASE("straight-line LU: other values of the pattern are refused or solved, 
   CHECK(refused > 50);  // the growth check fires
   CHECK(solved > 5);
 }
+
+}  // namespace pendula::straight_lu_test

@@ -14,7 +14,7 @@
 #include "expr/graph/derivative.hpp"
 #include "expr/graph/solve.hpp"
 
-using namespace pendula;
+namespace pendula::tape_test {
 
 namespace {
 
@@ -279,3 +279,5 @@ TEST_CASE("tape: every operation has the bits of plain evaluation, on awkward nu
       for (double b : awkward) CHECK(agree(both({e}, x, {a, b, 2})));
   }
 }
+
+}  // namespace pendula::tape_test

@@ -7,6 +7,8 @@
 
 #include "dae/structure/blocks.hpp"
 
+namespace pendula::blocks_test {
+
 using namespace pendula::dae;
 
 TEST_CASE("over- and under-determined parts are named") {
@@ -70,3 +72,5 @@ TEST_CASE("3·10⁵ groups that each lean on the one before: dead ends are not w
   CHECK(dulmage_mendelsohn(p, 2 * groups).square.size() == 2 * groups);
   CHECK(static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC < 30);  // 0.2 s; group by group minutes
 }
+
+}  // namespace pendula::blocks_test

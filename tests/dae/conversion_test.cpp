@@ -10,7 +10,8 @@
 #include "expr/print/print.hpp"
 #include "tests/dae/problems.hpp"
 
-using namespace pendula;
+namespace pendula::conversion_test {
+
 using namespace pendula::dae;
 using namespace pendula::problems;
 
@@ -179,3 +180,5 @@ TEST_CASE("a structure that is right in general and wrong on the solutions is no
   CHECK(truth.index == 2);
   CHECK(truth.dof == 0);
 }
+
+}  // namespace pendula::conversion_test

@@ -15,7 +15,8 @@
 #include "expr/print/print.hpp"
 #include "tests/dae/problems.hpp"
 
-using namespace pendula;
+namespace pendula::derivative_array_test {
+
 using namespace pendula::dae;
 using namespace pendula::problems;
 
@@ -184,3 +185,5 @@ TEST_CASE("rank with gap: units do not matter, noise is not counted") {
   m << 1, 2, 3, 4, 5, 6, 5, 7, 9 + 1e-14;
   CHECK(rank_with_gap(m).rank == 2);
 }
+
+}  // namespace pendula::derivative_array_test

@@ -11,7 +11,8 @@
 #include "expr/print/print.hpp"
 #include "tests/dae/problems.hpp"
 
-using namespace pendula;
+namespace pendula::elimination_test {
+
 using namespace pendula::dae;
 using namespace pendula::problems;
 
@@ -123,3 +124,5 @@ TEST_CASE("tracked elimination: combinations reproduce the rows") {
   CHECK(combination_text(left.combination, [](int i) { return "r" + std::to_string(i); }) ==
         "r2 - 2 r0 - r1");
 }
+
+}  // namespace pendula::elimination_test

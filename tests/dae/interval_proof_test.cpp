@@ -4,7 +4,7 @@
 
 #include "expr/graph/graph.hpp"
 
-using namespace pendula;
+namespace pendula::interval_proof_test {
 
 namespace {
 
@@ -49,3 +49,5 @@ TEST_CASE("nothing is proved where there is a solution, at bounds and double roo
   CHECK_FALSE(impossible({pow(y(), -1) - 1e300, y() - 1e-300}));
   CHECK_FALSE(impossible({Expr(0.1) * x() + Expr(0.2) * x() - Expr(0.3) * x()}));
 }
+
+}  // namespace pendula::interval_proof_test

@@ -14,7 +14,8 @@
 #include "expr/graph/generic.hpp"
 #include "expr/print/print.hpp"
 
-using namespace pendula;
+namespace pendula::pencil_test {
+
 using dae::RationalMatrix;
 
 namespace {
@@ -296,3 +297,5 @@ TEST_CASE("random Weierstrass forms under random transformations are recovered")
     if (exact) CHECK(solves(p, x, VecX::Zero(n)));
   }
 }
+
+}  // namespace pendula::pencil_test

@@ -12,7 +12,8 @@
 #include "expr/print/print.hpp"
 #include "tests/dae/problems.hpp"
 
-using namespace pendula;
+namespace pendula::random_dae_test {
+
 using namespace pendula::dae;
 using namespace pendula::problems;
 
@@ -155,3 +156,5 @@ TEST_CASE("mixing of the equations that depends on time and state keeps index an
   }
   CHECK(decided >= 13);
 }
+
+}  // namespace pendula::random_dae_test

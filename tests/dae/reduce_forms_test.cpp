@@ -13,7 +13,7 @@
 #include "dae/start/start.hpp"
 #include "mech/lagrangian.hpp"
 
-using namespace pendula;
+namespace pendula::reduce_forms_test {
 
 namespace {
 
@@ -339,3 +339,5 @@ TEST_CASE("a massless coordinate: its zero coefficient is not divided by") {
   probe(p, s.q);
   check_forms(p, {{"ode", 0}, {"acc", 1}});
 }
+
+}  // namespace pendula::reduce_forms_test

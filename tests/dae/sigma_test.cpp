@@ -5,6 +5,8 @@
 
 #include "dae/structure/sigma.hpp"
 
+namespace pendula::sigma_test {
+
 using namespace pendula::dae;
 
 TEST_CASE("the planar pendulum has c = (0, 0, 2), d = (2, 2, 0), index 3, two degrees of freedom") {
@@ -58,3 +60,5 @@ TEST_CASE("random patterns: the offsets are a dual solution and the transversal 
     CHECK(transversal == o.value);  // equal values: both are optimal (linear programming duality)
   }
 }
+
+}  // namespace pendula::sigma_test

@@ -11,7 +11,7 @@
 #include "dae/start/start.hpp"
 #include "mech/lagrangian.hpp"
 
-using namespace pendula;
+namespace pendula::start_test {
 
 namespace {
 
@@ -151,3 +151,5 @@ TEST_CASE("a parameter without a value and an input without a value are named") 
           dae::init(dae::make_model({{l, r, ""}}), {});
         }).find("input 'u' has no value") != std::string::npos);
 }
+
+}  // namespace pendula::start_test

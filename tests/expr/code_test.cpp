@@ -9,7 +9,7 @@
 #include "lua/session/state.hpp"
 #include "random_expressions.hpp"
 
-using namespace pendula;
+namespace pendula::code_test {
 
 namespace {
 
@@ -127,3 +127,5 @@ TEST_CASE("code: random expressions are rebuilt") {
     CHECK(session.complaint(e) == "");
   }
 }
+
+}  // namespace pendula::code_test

@@ -9,7 +9,8 @@
 #include "expr/graph/graph.hpp"
 #include "expr/graph/matrix.hpp"
 
-using namespace pendula;
+namespace pendula::derivative_test {
+
 using Point = std::unordered_map<Expr, double>;
 
 namespace {
@@ -187,3 +188,5 @@ TEST_CASE("first_undefined names the innermost culprit") {
   CHECK_FALSE(first_undefined(e, {{a, 2.0}}).has_value());
   CHECK_THROWS_AS(evaluate({&e, 1}, {}), Error);
 }
+
+}  // namespace pendula::derivative_test

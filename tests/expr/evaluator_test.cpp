@@ -8,7 +8,7 @@
 #include "expr/graph/evaluator.hpp"
 #include "expr/graph/solve.hpp"
 
-using namespace pendula;
+namespace pendula::evaluator_test {
 
 TEST_CASE("evaluator: functions, conditions, constants, outputs that are leaves") {
   const Expr x = symbol(Kind::variable, "x"), y = symbol(Kind::variable, "y"), t = time_symbol();
@@ -43,3 +43,5 @@ TEST_CASE("evaluator: what has no value is named") {
   const std::vector<Expr> outputs{x + secret}, leaves{x};
   CHECK_THROWS_WITH_AS(Evaluator(outputs, leaves), doctest::Contains("secret"), Error);
 }
+
+}  // namespace pendula::evaluator_test

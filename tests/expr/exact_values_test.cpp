@@ -13,7 +13,7 @@
 #include "expr/rewrite/assumption.hpp"
 #include "expr/rewrite/rewrite.hpp"
 
-using namespace pendula;
+namespace pendula::exact_values_test {
 
 namespace {
 
@@ -159,3 +159,5 @@ TEST_CASE("simplify: what is declared positive leaves absolute values and roots"
   assume_positive(m, false);
   CHECK(simplify(size) == before);
 }
+
+}  // namespace pendula::exact_values_test

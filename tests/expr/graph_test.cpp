@@ -12,7 +12,7 @@
 #include "expr/graph/graph.hpp"
 #include "expr/graph/matrix.hpp"
 
-using namespace pendula;
+namespace pendula::graph_test {
 
 namespace {
 
@@ -188,3 +188,5 @@ TEST_CASE("memory: building and dropping the same model 10 000 times adds no nod
   }
   CHECK(graph_size() == size);
 }
+
+}  // namespace pendula::graph_test

@@ -11,7 +11,7 @@
 #include "expr/graph/rational.hpp"
 #include "expr/linalg/linalg.hpp"
 
-using namespace pendula;
+namespace pendula::linalg_test {
 
 namespace {
 
@@ -208,3 +208,5 @@ TEST_CASE("implicit derivatives: formula (65) on the circle, and where ∂r/∂z
   CHECK_THROWS_WITH_AS(linalg::implicit_jacobian({&flat, 1}, {&y, 1}, {&x, 1}),
                        doctest::Contains("not regular"), Error);
 }
+
+}  // namespace pendula::linalg_test

@@ -5,7 +5,7 @@
 
 #include "expr/graph/node_map.hpp"
 
-using namespace pendula;
+namespace pendula::node_map_test {
 
 namespace {
 
@@ -66,3 +66,5 @@ TEST_CASE("node map: few nodes of a large graph hold few values, also after a pa
   CHECK(held() == 2 * page);
   CHECK(map[Expr(0)].value == 69);
 }
+
+}  // namespace pendula::node_map_test

@@ -5,7 +5,7 @@
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
 
-using namespace pendula;
+namespace pendula::print_test {
 
 namespace {
 
@@ -245,3 +245,5 @@ TEST_CASE("print: long sums are written, deep and exponential expressions are el
   for (int i = 1; i < 200'000; ++i) cancelled = cancelled + Expr(i % 2 ? 1 : -1) * x;
   CHECK(show(cancelled) == "2 x");
 }
+
+}  // namespace pendula::print_test

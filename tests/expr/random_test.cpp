@@ -12,7 +12,7 @@
 #include "expr/rewrite/rewrite.hpp"
 #include "random_expressions.hpp"
 
-using namespace pendula;
+namespace pendula::random_test {
 
 namespace {
 
@@ -148,3 +148,5 @@ TEST_CASE("random: printing is deterministic") {
     CHECK(to_text(random.expression(depth)) == to_text(again.expression(depth)));
   }
 }
+
+}  // namespace pendula::random_test

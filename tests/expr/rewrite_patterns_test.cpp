@@ -10,7 +10,7 @@
 #include "expr/graph/derivative.hpp"
 #include "expr/rewrite/rewrite.hpp"
 
-using namespace pendula;
+namespace pendula::rewrite_patterns_test {
 
 namespace {
 
@@ -106,3 +106,5 @@ TEST_CASE("patterns: renamed random expressions keep their value, and simplify s
     }
   }
 }
+
+}  // namespace pendula::rewrite_patterns_test

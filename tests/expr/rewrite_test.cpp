@@ -7,7 +7,7 @@
 #include "expr/rewrite/rewrite.hpp"
 #include "expr/rewrite/rewrite_forms.hpp"
 
-using namespace pendula;
+namespace pendula::rewrite_test {
 
 namespace {
 
@@ -133,3 +133,5 @@ TEST_CASE("expand: too many terms is an error with a remedy") {
   CHECK_THROWS_WITH_AS(expand(pow(x + 1, 200'000)), doctest::Contains("more than 100000 terms"), Error);
   CHECK_THROWS_WITH_AS(expand(pow(x + y + z + a + m + M + L + g, 40)), doctest::Contains("leave"), Error);
 }
+
+}  // namespace pendula::rewrite_test

@@ -12,7 +12,7 @@
 #include "expr/graph/solve.hpp"
 #include "expr/print/print.hpp"
 
-using namespace pendula;
+namespace pendula::solve_test {
 
 namespace {
 
@@ -192,3 +192,5 @@ TEST_CASE("solve: a sparse definite system is factored without pivoting, to the 
     CHECK(evaluate(std::span(&plain[i], 1), at)[0] == doctest::Approx(values[k]).epsilon(1e-13));
   }
 }
+
+}  // namespace pendula::solve_test

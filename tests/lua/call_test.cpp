@@ -3,7 +3,8 @@
 
 #include "widgets.hpp"
 
-using namespace pendula;
+namespace pendula::call_test {
+
 using lua::Session;
 
 namespace {
@@ -153,3 +154,5 @@ TEST_CASE("globals and libraries are strict") {
       {"local x = rawget(_G, 'absent'); return x == nil", "true"},
   });
 }
+
+}  // namespace pendula::call_test

@@ -7,7 +7,7 @@
 #include "lua/core/library.hpp"
 #include "widgets.hpp"
 
-using namespace pendula;
+namespace pendula::doc_test {
 
 TEST_CASE("documentation: every row has signature, text and a true example") {
   lua_State* L = lua::new_state();
@@ -65,3 +65,5 @@ TEST_CASE("help: unknown names and wrong arguments") {
   CHECK(session("apropos(3)") == "user.lua:1: apropos: expected a word, as in apropos \"index\"");
   CHECK(session("examples {}") == "user.lua:1: examples: expected a name, as in examples \"help\"");
 }
+
+}  // namespace pendula::doc_test

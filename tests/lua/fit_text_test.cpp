@@ -7,6 +7,8 @@
 #include "base/text.hpp"
 #include "lua/screen/fit_text.hpp"
 
+namespace pendula::fit_text_test {
+
 using pendula::display_width;
 using pendula::lua::fitted;
 using pendula::lua::in_ascii;
@@ -109,3 +111,5 @@ TEST_CASE("fitted: a tableau or a state space loses columns in the middle, all r
   CHECK(text.find("─────┼──") != std::string::npos);
   CHECK(std::count(text.begin(), text.end(), '\n') == 5);
 }
+
+}  // namespace pendula::fit_text_test

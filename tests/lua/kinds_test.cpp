@@ -6,7 +6,7 @@
 #include "lua/core/documentation.hpp"
 #include "widgets.hpp"
 
-using namespace pendula;
+namespace pendula::kinds_test {
 
 TEST_CASE("kinds: every result prints, has JSON, and comes back from a file") {
   lua::Session session;
@@ -17,3 +17,5 @@ TEST_CASE("kinds: every result prints, has JSON, and comes back from a file") {
   lua::run(L, 0, 1);
   CHECK(std::string(lua_tostring(L, -1)) == "");
 }
+
+}  // namespace pendula::kinds_test

@@ -12,7 +12,8 @@
 #include "lua/core/memory.hpp"
 #include "widgets.hpp"
 
-using namespace pendula;
+namespace pendula::malice_test {
+
 using lua::Session;
 
 namespace {
@@ -292,3 +293,5 @@ TEST_CASE("memory: a loop of temporaries runs in bounded memory") {
                   "memory (a script may") == 0);
   CHECK(session("return 1 + 1") == "2");
 }
+
+}  // namespace pendula::malice_test

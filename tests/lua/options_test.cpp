@@ -7,7 +7,7 @@
 #include "lua/core/documentation.hpp"
 #include "widgets.hpp"
 
-using namespace pendula;
+namespace pendula::options_test {
 
 TEST_CASE("options: one table per function, which its reader knows") {
   lua::Session session;
@@ -18,3 +18,5 @@ TEST_CASE("options: one table per function, which its reader knows") {
   lua::run(L, 0, 1);
   CHECK(std::string(lua_tostring(L, -1)) == "");
 }
+
+}  // namespace pendula::options_test

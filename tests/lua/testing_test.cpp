@@ -9,7 +9,8 @@
 
 #include "lua/session/testing.hpp"
 
-using namespace pendula;
+namespace pendula::testing_test {
+
 namespace fs = std::filesystem;
 
 namespace {
@@ -103,3 +104,5 @@ TEST_CASE("pendula test: exit status") {
   CHECK(run(folder, {"absent.lua"}).status == 2);
   CHECK(run(folder, {"deeper"}).status == 2);
 }
+
+}  // namespace pendula::testing_test

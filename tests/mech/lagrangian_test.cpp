@@ -7,7 +7,7 @@
 #include "dae/rank/rank.hpp"
 #include "mech/lagrangian.hpp"
 
-using namespace pendula;
+namespace pendula::lagrangian_test {
 
 namespace {
 
@@ -129,3 +129,5 @@ TEST_CASE("bad input names the culprit and the remedy") {
   s.V = s.V + var("w");
   CHECK(message(s).find("'w' is not in q") != std::string::npos);
 }
+
+}  // namespace pendula::lagrangian_test

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+namespace pendula::chebyshev_test {
+
 using pendula::integrate::Chebyshev;
 
 TEST_CASE("Chebyshev methods: R agrees with exp up to z², for every number of stages") {
@@ -51,3 +53,5 @@ TEST_CASE("Chebyshev methods: as many stages as the spectrum asks for") {
     if (s > 2) CHECK(Chebyshev::stability_limit(s - 1) < z);
   }
 }
+
+}  // namespace pendula::chebyshev_test

@@ -9,7 +9,8 @@
 #include "method/collocation.hpp"
 #include "tests/integrate/problems.hpp"
 
-using namespace pendula;
+namespace pendula::tableau_test {
+
 using namespace pendula::test;
 
 namespace {
@@ -196,3 +197,5 @@ TEST_CASE("tableau: drawn as in a book") {
         "────┼───────────────────\n    │ 1/6  1/3  1/3  1/6\n");
   CHECK(implicit_euler()->latex() == "\\begin{array}{c|c}\n1 & 1 \\\\\n\\hline\n & 1\n\\end{array}");
 }
+
+}  // namespace pendula::tableau_test

@@ -12,7 +12,8 @@
 
 #include "base/text.hpp"
 
-using namespace pendula;
+namespace pendula::braille_test {
+
 using namespace pendula::plot;
 
 namespace {
@@ -191,3 +192,5 @@ TEST_CASE("drawing: a million points take well under a second") {
   CHECK(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() <
         1.0);  // about 0.05 s
 }
+
+}  // namespace pendula::braille_test

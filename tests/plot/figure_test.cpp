@@ -8,7 +8,8 @@
 
 #include "base/error.hpp"
 
-using namespace pendula;
+namespace pendula::figure_test {
+
 using namespace pendula::plot;
 
 namespace {
@@ -131,3 +132,5 @@ TEST_CASE("figure: every node of a sphere lies on it") {
     CHECK(std::hypot(s.x.data()[i] - 1, s.y.data()[i], s.z.data()[i] + 1) ==
           doctest::Approx(2).epsilon(1e-14));
 }
+
+}  // namespace pendula::figure_test

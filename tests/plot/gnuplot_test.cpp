@@ -15,7 +15,8 @@
 #include "base/interrupt.hpp"
 #include "plot/script.hpp"
 
-using namespace pendula;
+namespace pendula::gnuplot_test {
+
 using namespace pendula::plot;
 namespace fs = std::filesystem;
 
@@ -162,3 +163,5 @@ TEST_CASE("gnuplot: long curves are thinned to what can be seen") {
       for (Eigen::Index i = kept[k - 1]; i < kept[k]; ++i)
         REQUIRE(std::abs(f.series[0].y[i] - f.series[0].y[kept[k - 1]]) <= 2.16 / 4000);
 }
+
+}  // namespace pendula::gnuplot_test

@@ -7,7 +7,8 @@
 
 #include "base/text.hpp"
 
-using namespace pendula;
+namespace pendula::ticks_test {
+
 using namespace pendula::plot;
 
 namespace {
@@ -79,3 +80,5 @@ TEST_CASE("ticks: fraction of an axis") {
   axis.log = true;
   CHECK(fraction(axis, {1e-4, 1}, 1e-3) == doctest::Approx(0.25));
 }
+
+}  // namespace pendula::ticks_test

@@ -13,7 +13,8 @@
 #include "random/sample_space.hpp"
 #include "random/special.hpp"
 
-using namespace pendula;
+namespace pendula::distribution_test {
+
 using namespace pendula::random;
 
 namespace {
@@ -217,3 +218,5 @@ TEST_CASE("sample quantiles, histograms and kernel densities") {
   for (double f : kernel_density(sorted, grid, bandwidth)) area += 0.05 * f;
   CHECK(area == doctest::Approx(1).epsilon(1e-6));
 }
+
+}  // namespace pendula::distribution_test

@@ -6,6 +6,8 @@
 #include <set>
 #include <vector>
 
+namespace pendula::philox_test {
+
 using namespace pendula::random;
 
 TEST_CASE("Philox4x32-10: the known answers of its authors") {
@@ -42,3 +44,5 @@ TEST_CASE("permutations hit every number once, whatever their length") {
   for (std::uint64_t i = 0; i < 100; ++i) other |= permuted(i, 100, 5, 2) != permuted(i, 100, 6, 2);
   CHECK(other);
 }
+
+}  // namespace pendula::philox_test

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <vector>
 
+namespace pendula::sobol_test {
+
 using namespace pendula::random;
 
 TEST_CASE("points of the sequence as published") {
@@ -87,3 +89,5 @@ TEST_CASE("Halton: van der Corput numbers in the first primes, stratified after 
     for (int c : hits) CHECK(c == 1);
   }
 }
+
+}  // namespace pendula::sobol_test

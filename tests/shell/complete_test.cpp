@@ -9,6 +9,8 @@
 #include "shell/completion/complete.hpp"
 #include "shell/echo.hpp"
 
+namespace pendula::complete_test {
+
 using namespace pendula::shell;
 using Words = std::vector<std::string>;
 
@@ -158,3 +160,5 @@ TEST_CASE("complete: options, their values, and symbols of the model inside a ca
   CHECK(s.offers("ball:integrate { to = 1 } pri", "print"));
   CHECK(s.words("print \"nothing").empty());
 }
+
+}  // namespace pendula::complete_test

@@ -8,6 +8,8 @@
 #include "shell/entry.hpp"
 #include "shell/hints.hpp"
 
+namespace pendula::entry_test {
+
 using namespace pendula::shell;
 using namespace pendula::lua;
 
@@ -151,3 +153,5 @@ TEST_CASE("help by question mark") {
   for (const char* other : {"help \"reduce\"", "help(x)", "x", "1?", "a b?", "?", "end?", "a.?", "help"})
     CHECK(help_path(other).empty());
 }
+
+}  // namespace pendula::entry_test

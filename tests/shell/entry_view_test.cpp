@@ -5,6 +5,8 @@
 #include "shell/input/terminal.hpp"
 #include "shell/input/word_list.hpp"
 
+namespace pendula::entry_view_test {
+
 using namespace pendula::shell;
 
 namespace {
@@ -96,3 +98,5 @@ TEST_CASE("word list: groups, and no more rows than there is room for") {
   CHECK(std::count(text.begin(), text.end(), '\n') == 5);
   CHECK(text.find("50 words in all") != text.npos);
 }
+
+}  // namespace pendula::entry_view_test

@@ -14,7 +14,8 @@
 #include "base/error.hpp"
 #include "store/sha256.hpp"
 
-using namespace pendula;
+namespace pendula::run_store_test {
+
 using namespace pendula::store;
 
 namespace {
@@ -151,3 +152,5 @@ TEST_CASE("another sweep, another file, another writer") {
   Database(text.name, true).run("CREATE TABLE mine (a)");
   CHECK_THROWS_WITH_AS(RunStore(text.name, description()), doctest::Contains("not a store of runs"), Error);
 }
+
+}  // namespace pendula::run_store_test

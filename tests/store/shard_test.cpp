@@ -10,7 +10,8 @@
 
 #include "base/error.hpp"
 
-using namespace pendula;
+namespace pendula::shard_test {
+
 using namespace pendula::store;
 namespace fs = std::filesystem;
 
@@ -104,3 +105,5 @@ TEST_CASE("what is no shard, or another sweep's") {
       CHECK_THROWS_WITH_AS(read_shard(entry.path().string(), std::string(64, 'b')),
                            doctest::Contains("another sweep"), Error);
 }
+
+}  // namespace pendula::shard_test

@@ -5,7 +5,8 @@
 
 #include "sysid/fit/hankel.hpp"
 
-using namespace pendula;
+namespace pendula::hankel_test {
+
 using namespace pendula::sysid;
 
 namespace {
@@ -67,3 +68,5 @@ TEST_CASE(
     if (noise == 0) CHECK(h.R33().norm() < 1e-12 * h.y_size());
   }
 }
+
+}  // namespace pendula::hankel_test

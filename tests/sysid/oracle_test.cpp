@@ -13,7 +13,8 @@
 #include <glpk.h>
 #endif
 
-using namespace pendula;
+namespace pendula::oracle_test {
+
 using namespace pendula::sysid;
 
 namespace {
@@ -200,3 +201,5 @@ TEST_CASE("vertices of a parameter set are those of all intersections of d bound
       CHECK((set.polytope.vertices.rowwise() - v.transpose()).rowwise().norm().minCoeff() <= 1e-9);
   }
 }
+
+}  // namespace pendula::oracle_test

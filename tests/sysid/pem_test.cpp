@@ -8,7 +8,8 @@
 #include "sysid/fit/order_scan.hpp"
 #include "sysid/model/validation.hpp"
 
-using namespace pendula;
+namespace pendula::pem_test {
+
 using namespace pendula::sysid;
 
 namespace {
@@ -153,3 +154,5 @@ TEST_CASE("the scan of one factorisation gives what each model alone gives") {
     CHECK(e.estimation.sse == doctest::Approx(ls.sse).epsilon(1e-10));
   }
 }
+
+}  // namespace pendula::pem_test

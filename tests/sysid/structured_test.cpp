@@ -8,7 +8,8 @@
 #include "sysid/data/excitation.hpp"
 #include "sysid/model/model.hpp"
 
-using namespace pendula;
+namespace pendula::structured_test {
+
 using namespace pendula::sysid;
 
 namespace {
@@ -119,3 +120,5 @@ TEST_CASE("residuals are orthogonal to the regressors") {
   for (Index i = 0; i < phi.cols(); ++i)
     CHECK(std::abs(phi.col(i).dot(e)) <= 1e-12 * phi.col(i).norm() * e.norm());
 }
+
+}  // namespace pendula::structured_test

@@ -13,7 +13,8 @@
 #include "tests/integrate/problems.hpp"
 #include "tests/require_code.hpp"
 
-using namespace pendula;
+namespace pendula::ensemble_test {
+
 using namespace pendula::test;
 using namespace pendula::integrate;
 
@@ -191,3 +192,5 @@ TEST_CASE("ensemble: Ctrl-C stops it between two steps") {
   interrupt_requested = false;
   CHECK(client.results.size() < 20);
 }
+
+}  // namespace pendula::ensemble_test

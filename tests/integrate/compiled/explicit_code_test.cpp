@@ -10,7 +10,8 @@
 #include "tests/refuse_code.hpp"
 #include "tests/require_code.hpp"
 
-using namespace pendula;
+namespace pendula::explicit_code_test {
+
 using namespace pendula::test;
 using namespace pendula::integrate;
 
@@ -95,3 +96,5 @@ TEST_CASE("explicit code: none where the system refuses more executable memory, 
     return 0;
   });
 }
+
+}  // namespace pendula::explicit_code_test

@@ -11,7 +11,8 @@
 #include "method/collocation.hpp"
 #include "tests/integrate/problems.hpp"
 
-using namespace pendula;
+namespace pendula::newton_code_test {
+
 using namespace pendula::test;
 using namespace pendula::integrate;
 
@@ -183,3 +184,5 @@ TEST_CASE("newton code: pivots that do not serve are noticed") {
     CHECK(b.code->factorise(b.entries, b.dt));
   }
 }
+
+}  // namespace pendula::newton_code_test

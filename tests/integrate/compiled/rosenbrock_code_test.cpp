@@ -10,7 +10,8 @@
 #include "tests/integrate/problems.hpp"
 #include "tests/require_code.hpp"
 
-using namespace pendula;
+namespace pendula::rosenbrock_code_test {
+
 using namespace pendula::test;
 using namespace pendula::integrate;
 
@@ -157,3 +158,5 @@ TEST_CASE("rosenbrock code: pivots that do not suit are noticed") {
   b.from.x[0] = NAN;
   CHECK_FALSE(b.code->run(*b.p, b.from, b.dt, nullptr).regular);
 }
+
+}  // namespace pendula::rosenbrock_code_test

@@ -13,7 +13,8 @@
 #include "method/collocation.hpp"
 #include "tests/integrate/problems.hpp"
 
-using namespace pendula;
+namespace pendula::active_part_test {
+
 using namespace pendula::test;
 
 namespace {
@@ -134,3 +135,5 @@ TEST_CASE("active part: the solution is that of the whole model, and the part gr
   for (int k : {10, 50, 100})  // far from the source, where all is small, too
     CHECK(std::fabs(a.x[k] - b.x[k]) <= 1e-3 * std::fabs(a.x[k]) + 1e-9);
 }
+
+}  // namespace pendula::active_part_test

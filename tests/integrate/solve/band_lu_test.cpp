@@ -11,7 +11,8 @@
 #include "base/math.hpp"
 #include "tests/integrate/solve/scalars.hpp"
 
-using namespace pendula;
+namespace pendula::band_lu_test {
+
 using namespace pendula::integrate;
 using pendula::test::number;
 
@@ -153,3 +154,5 @@ TEST_CASE("band: singular matrices and numbers that are not finite are refused, 
   lu.solve(b.data());
   CHECK(b[24] == doctest::Approx(325));  // (i + 1)(n - i)/2 at i = 24: 25·26/2
 }
+
+}  // namespace pendula::band_lu_test

@@ -10,7 +10,8 @@
 #include "tests/integrate/solve/scalars.hpp"
 #include "tests/require_code.hpp"
 
-using namespace pendula;
+namespace pendula::linear_solver_test {
+
 using namespace pendula::integrate;
 using pendula::test::number;
 
@@ -136,3 +137,5 @@ TEST_CASE("linear solver: what earlier runs factorised counts towards code") {
   }
   CHECK(with_code >= 2);
 }
+
+}  // namespace pendula::linear_solver_test

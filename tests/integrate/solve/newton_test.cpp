@@ -6,7 +6,8 @@
 
 #include <doctest/doctest.h>
 
-using namespace pendula;
+namespace pendula::newton_test {
+
 using namespace pendula::integrate;
 
 namespace {
@@ -92,3 +93,5 @@ TEST_CASE("newton: null vectors point at the dependent unknowns") {
   CHECK(std::fabs(right[2]) >= 0.1);
   CHECK(std::fabs(left[0]) <= 1e-15);
 }
+
+}  // namespace pendula::newton_test

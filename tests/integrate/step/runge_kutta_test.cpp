@@ -9,7 +9,8 @@
 #include "method/collocation.hpp"
 #include "tests/integrate/problems.hpp"
 
-using namespace pendula;
+namespace pendula::runge_kutta_test {
+
 using namespace pendula::test;
 
 namespace {
@@ -318,3 +319,5 @@ TEST_CASE("stats count what was done") {
       integrate::integrate(problem(decay), implicit_euler(), start(vector({1})), plan(1, 0.1));
   CHECK(by_euler->stats().newton_iterations == 10);  // linear: one iteration per step
 }
+
+}  // namespace pendula::runge_kutta_test

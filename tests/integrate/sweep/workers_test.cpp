@@ -12,7 +12,8 @@
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 
-using namespace pendula;
+namespace pendula::workers_test {
+
 using namespace pendula::integrate;
 using State = SharedSlots::State;
 
@@ -138,3 +139,5 @@ TEST_CASE("workers: what progress throws ends the workers and is thrown on") {
                        "the disk is full", Failure);
   CHECK(slots.finished() < 1000);
 }
+
+}  // namespace pendula::workers_test
