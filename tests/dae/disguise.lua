@@ -117,7 +117,7 @@ local function compared(m, of, values)
 end
 
 -- Forms that do not exist for a model, for the reason that they give.
-local refusals = { "integrated as it stands", "integrate it as it stands", "has no differential variable",
+local refusals = { "integrated as it stands", "sys:reduce() gives them", "has no differential variable",
   "is not linear in", "no constraint is differentiated twice", "the form is made for two", "has no row",
   "linear or quadratic in none", "is quadratic in", "all its states are independent",
   "do not determine all unknowns" }

@@ -32,6 +32,23 @@ TEST_CASE("equations without solution at x = 3 are proved to have none") {
   CHECK(impossible({max(y(), x()) - 2}));
   // y = ±1 leaves z = ±1 and its sign: both halves are looked at
   CHECK(impossible({y() * y() - 1, z() - y(), y() * z() + 1}));
+  CHECK(impossible({y() + z() - 1, y() * z() - 5}));  // y is unbounded at first
+  CHECK(impossible({y() + z() - 1, pow(y(), 2) + pow(z(), 2) - 0.3}));
+  CHECK(impossible({tanh(y()) - 0.5, y() + x()}));
+  CHECK(impossible({cosh(y()) - 2, y() - x()}));
+  CHECK(impossible({sinh(asinh(y())) - 2, y() - x()}));
+  CHECK(impossible({y() * y() + exp(z())}));
+  CHECK(impossible({abs(y()) + cosh(z()) - 1 + exp(y())}));
+}
+
+TEST_CASE("branches without solution are proved to have none") {
+  CHECK(impossible({min(y(), z()), y() + z() + 1}));
+  CHECK(impossible({max(y(), z()) + 1, y() + z()}));
+  CHECK(impossible({ifelse(lt(y(), Expr(0)), y() - 1, y() + 1)}));
+  CHECK(impossible({ifelse(le(y(), Expr(2)), y() - x(), y() + x())}));
+  CHECK(impossible({asin(y()) - x()}));
+  CHECK(impossible({acos(y()) + 0.1}));
+  CHECK(impossible({atan2(y(), z()) - 2 * x()}));
 }
 
 TEST_CASE("nothing is proved where there is a solution, at bounds and double roots either") {
@@ -46,6 +63,18 @@ TEST_CASE("nothing is proved where there is a solution, at bounds and double roo
   CHECK_FALSE(impossible({atan2(y(), x())}));
   CHECK_FALSE(impossible({abs(y()) - 2, y() + 2}));
   CHECK_FALSE(impossible({min(y(), x()) - 2, y() - 2}));
+  CHECK_FALSE(impossible({min(y(), z()), y() + z() - 1}));
+  CHECK_FALSE(impossible({max(y(), z()), y() + z()}));  // both 0
+  CHECK_FALSE(impossible({ifelse(lt(y(), Expr(0)), y() + 1, y() + 1)}));
+  CHECK_FALSE(impossible({ifelse(le(y(), Expr(2)), y() - 2, y() + x())}));
+  CHECK_FALSE(impossible({ifelse(lt(y(), Expr(2)), y() + x(), y() - 2)}));
+  CHECK_FALSE(impossible({atan2(y(), z()) - pi(), z() + 1}));
+  CHECK_FALSE(impossible({acos(y()) - pi(), y() + 1}));
+  CHECK_FALSE(impossible({cosh(y()) - 1, y()}));
+  CHECK_FALSE(impossible({abs(y()) + cosh(z()) - 1 + z() * z()}));
+  CHECK_FALSE(impossible({log(y()) + z() * z()}));  // y = 1, z = 0
+  CHECK_FALSE(impossible({tanh(y()) - 0.5, sinh(z()) - y()}));
+  CHECK_FALSE(impossible({y() + z() - 1, y() * z() - 0.25}));  // 1/2, twice
   CHECK_FALSE(impossible({pow(y(), -1) - 1e300, y() - 1e-300}));
   CHECK_FALSE(impossible({Expr(0.1) * x() + Expr(0.2) * x() - Expr(0.3) * x()}));
 }

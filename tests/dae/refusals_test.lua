@@ -96,9 +96,13 @@ refused("dummy at the start of another model", function()
     { at = dae { der(w) ~ -w }:init { fix = { w = 1 } } })
 end, "start has no value for 'x': it belongs to another model; make one with sys:init{ … }")
 refused("minimal of an ODE", function() return dae { der(x) ~ -x }:reduce "minimal" end,
-  "no constraint that has to be differentiated; all its states are independent")
+  "no constraint that has to be differentiated: all its states are independent; it can be integrated")
 refused("project of an ODE", function() return dae { der(x) ~ -x }:reduce "project" end,
-  "no constraint that could drift, so there is nothing to project onto; integrate it as it stands")
+  "no constraint that could drift, so that there is nothing to project onto; it can be integrated as it stands")
+refused("ggl of equations that are regularised", function()
+  local a = param("a", -0.5)
+  return dae { der(x) + a*t*der(y) + (1 + a)*y ~ sin(t), x + a*t*y ~ cos(t) }:reduce "ggl"
+end, "the regularised equations have index 1 and no constraint that has to be differentiated; sys:reduce() gives them")
 refused("ode of algebraic equations", function() return dae { 0 ~ x - 1 }:reduce "ode" end,
   "the model has no differential variable; its equations are algebraic, and sys:init{…} solves them")
 

@@ -9,6 +9,7 @@
 #include "dae/points/consistent_point_rank.hpp"
 #include "expr/graph/depends_on.hpp"
 #include "expr/linalg/linalg.hpp"
+#include "expr/polynomial/rational_form.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
 #include "expr/rewrite/tidied.hpp"
@@ -280,16 +281,44 @@ std::string conditions_text(const DeterminantFactors& v, std::optional<Determina
   return join(words, ", ");
 }
 
-std::optional<std::pair<Expr, Expr>> exceptional_value(Expr factor) {
-  const auto inside = leaves({&factor, 1});
-  if (!std::all_of(inside.begin(), inside.end(), [](Expr p) { return symbol_of(p).kind == Kind::parameter; }))
-    return {};
-  for (Expr p : inside) {
-    const Expr slope = simplify(partial(factor, p));
-    if (slope.is_zero() || !slope.is_constant()) continue;
-    return std::pair(p, simplify(-substitute(factor, {{p, Expr(0)}}) / slope));
+namespace {
+
+/// Where p makes c p + d or c p² + d vanish, c free of p: -d/c, ±√(-d/c). Empty for other forms, or without a real one.
+std::vector<Expr> roots_in(Expr p, Expr factor) {
+  const auto at_zero = [&](Expr e) { return simplify(substitute(e, {{p, Expr(0)}})); };
+  const auto contains = [&](Expr e) { return !simplify(partial(e, p)).is_zero(); };
+  const Expr d = at_zero(factor), slope = simplify(partial(factor, p));
+  if (slope.is_zero()) return {};
+  if (!contains(slope)) return {simplify(-d / slope)};
+  const Expr c = simplify(partial(slope, p) / Expr(2));
+  if (contains(c) || !at_zero(slope).is_zero()) return {};
+  const Expr square = simplify(-d / c);
+  if (square.is_constant() && constant_value(square) < 0) return {};
+  const Expr root = simplify(sqrt(square));
+  return {root, simplify(-root)};
+}
+
+}  // namespace
+
+std::vector<std::pair<Expr, Expr>> exceptional_values(Expr factor) {
+  std::vector<std::pair<Expr, Expr>> found;
+  for (const auto& [part, power] : numerator_factors(factor)) {
+    const auto inside = leaves({&part, 1});
+    if (!std::all_of(inside.begin(), inside.end(),
+                     [](Expr p) { return symbol_of(p).kind == Kind::parameter; }))
+      continue;
+    std::vector<std::pair<Expr, std::vector<Expr>>> of;
+    for (Expr p : inside)
+      if (auto roots = roots_in(p, part); !roots.empty()) of.emplace_back(p, std::move(roots));
+    // a = b rather than b = a, a = 1/b than b = ±√(1/a)
+    const auto best = std::min_element(of.begin(), of.end(), [](const auto& x, const auto& y) {
+      return std::pair(x.second.size(), topological(x.second).size()) <
+             std::pair(y.second.size(), topological(y.second).size());
+    });
+    if (best == of.end()) continue;
+    for (Expr root : best->second) found.emplace_back(best->first, root);
   }
-  return {};
+  return found;
 }
 
 }  // namespace pendula::dae

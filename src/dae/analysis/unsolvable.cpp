@@ -1,33 +1,76 @@
 #include "dae/analysis/unsolvable.hpp"
 
+#include <algorithm>
 #include <numeric>
 
 #include "base/error.hpp"
+#include "dae/analysis/determinant_factors.hpp"
 #include "dae/model/parameter_values.hpp"
+#include "dae/points/completed_squares.hpp"
 #include "dae/points/interval_proof.hpp"
 #include "dae/structure/balance.hpp"
+#include "dae/structure/blocks.hpp"
+#include "dae/structure/signature.hpp"
+#include "expr/print/print.hpp"
 
 namespace pendula::dae {
 
-std::string why_unsolvable(const Model& m) {
-  constexpr std::size_t most_together = 12, most_alone = 500;  // equations
-  if (m.residuals.size() > most_alone) return "";
-  std::vector<Expr> rows = residuals_at_values(m);
-  for (std::size_t i = 0; i < rows.size(); ++i)
-    if (has_no_solution({&rows[i], 1}, {}))
-      return text("equation ", m.label(i), "  ", m.equation_text(i), " has no solution");
-  if (rows.size() > most_together || !has_no_solution(rows, {})) return "";
-  std::vector<int> needed(rows.size());
-  std::iota(needed.begin(), needed.end(), 0);
+/// Proved by signs or intervals, of the rows or of their squares completed.
+static bool are_unsolvable(std::vector<Expr> rows) {
+  const bool one_is = std::any_of(rows.begin(), rows.end(), [](Expr r) { return std::abs(sign_of(r)) == 2; });
+  if (one_is || has_no_solution(rows, {})) return true;
+  const std::size_t given = rows.size();
+  for (std::size_t i = 0; i < given; ++i)
+    if (const auto squares = with_completed_squares(rows[i])) rows.push_back(*squares);
+  return rows.size() > given && has_no_solution(rows, {});
+}
+
+/// Smooth, and nowhere of the other sign.
+static bool is_extreme_where_zero(Expr e) {
+  const auto nodes = topological({&e, 1});
+  const bool has_kinks = std::any_of(nodes.begin(), nodes.end(), [](Expr n) {
+    return n.op() == Op::abs || n.op() == Op::sqrt || (n.op() == Op::pow && !exact_value(n.operand(1)));
+  });
+  return !has_kinks && std::abs(sign_of(e)) == 1;
+}
+
+/// The fewest of these rows that have no solution in common; nothing if there are no such.
+static std::optional<std::string> contradiction(const Model& m, const std::vector<Expr>& all,
+                                                std::vector<int> rows) {
+  const auto unsolvable = [&](const std::vector<int>& some) {
+    std::vector<Expr> picked;
+    for (int i : some) picked.push_back(all[i]);
+    return are_unsolvable(std::move(picked));
+  };
+  if (!unsolvable(rows)) return {};
+  std::sort(rows.begin(), rows.end());
   for (std::size_t k = rows.size(); k-- > 0;) {
-    const Expr row = rows[k];
-    rows.erase(rows.begin() + static_cast<std::ptrdiff_t>(k));
-    if (has_no_solution(rows, {}))
-      needed.erase(needed.begin() + static_cast<std::ptrdiff_t>(k));
-    else
-      rows.insert(rows.begin() + static_cast<std::ptrdiff_t>(k), row);
+    std::vector<int> others = rows;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
+    if (unsolvable(others)) rows = std::move(others);
   }
-  return "the equations " + equation_list(m, needed) + " have no solution in common";
+  return "the equations " + equation_list(m, rows) + " have no solution in common";
+}
+
+std::string why_unsolvable(const Model& m) {
+  constexpr std::size_t most_together = 60, most_alone = 500;  // equations
+  if (m.residuals.size() > most_alone) return "";
+  const std::vector<Expr> rows = residuals_at_values(m);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    if (are_unsolvable({rows[i]}))
+      return text("equation ", m.label(i), "  ", m.equation_text(i), " has no solution");
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    if (const auto squares = with_completed_squares(rows[i]); squares && is_extreme_where_zero(*squares))
+      return text("equation ", m.label(i), "  ", m.equation_text(i), " is 0 = ", to_text(*squares),
+                  ", which has one sign: where it holds its gradient vanishes, as that of C² = 0 does. Write "
+                  "what is squared as equations of their own");
+  if (rows.size() > most_together) return "";
+  for (const Part& part : dulmage_mendelsohn(incidence(m), static_cast<int>(m.variables.size())).square)
+    if (part.rows.size() > 1)
+      if (const auto why = contradiction(m, rows, part.rows)) return *why;
+  std::vector<int> every(rows.size());
+  std::iota(every.begin(), every.end(), 0);
+  return contradiction(m, rows, every).value_or("");
 }
 
 }  // namespace pendula::dae

@@ -123,6 +123,8 @@ IndexResult from_array(const ModelPtr& model, const Analysis& a, const ArrayResu
 
 [[noreturn]] void fail_no_index(const Model& m, const Analysis& a, const ArrayResult* array,
                                 const std::vector<std::string>& tried) {
+  if (const std::string none = a.standing == Standing::unmatched ? "" : why_unsolvable(m); !none.empty())
+    throw Failure("no index can be given: " + none);
   std::string why = why_not_regular(m, a);
   if (const std::string open = why_forces_are_open(m); !open.empty())
     throw Failure("no index can be given: " + open);
@@ -170,6 +172,7 @@ IndexResult confirmed_structure(const Model& m, const Analysis& a) {
                " equations)");
   IndexResult t = from_structure(a, by);
   const bool at_points = a.solutions && a.solutions->points > 0;
+  t.is_unconfirmed = a.solutions && !at_points;
   t.index_is_bound = a.index > 1 && !(at_points ? a.solutions->index_proved > 0 : exact_in_general(m, a));
   return t;
 }
@@ -310,17 +313,29 @@ std::string answer_text(int index, int dof) {
   return text("index ", index, ", ", dof, dof == 1 ? " free initial value" : " free initial values");
 }
 
+/// The difference of two nearby numbers of 53 bits is a small multiple of their last one: 100·1.1 - 110 = 2⁻⁴⁶.
+/// What is computed otherwise has all bits.
+bool is_difference_of_roundings(double v) {
+  constexpr int bits = 10;
+  int exponent;
+  const double leading = std::ldexp(std::frexp(v, &exponent), bits);
+  return v != 0 && leading == std::round(leading);
+}
+
 /// Constants of the size of rounding errors, beside which the others of the equation are of size 1: 0.1 + 0.2 - 0.3.
 /// Decimals as typed are exact and do not count.
 std::vector<Expr> rounding_sized(Expr residual) {
-  constexpr double rounding = 64 * 2.2e-16;
+  constexpr double rounding = 64 * 2.2e-16, small_beside = 1e-6;
   std::vector<Expr> small;
   double largest = 1;
   for (Expr node : topological({&residual, 1}))
     if (node.is_constant()) largest = std::max(largest, std::fabs(constant_value(node)));
-  for (Expr node : topological({&residual, 1}))
-    if (node.is_constant() && !exact_value(node) && std::fabs(constant_value(node)) <= rounding * largest)
+  for (Expr node : topological({&residual, 1})) {
+    if (!node.is_constant() || exact_value(node)) continue;
+    const double share = std::fabs(constant_value(node)) / largest;
+    if (share <= rounding || (share <= small_beside && is_difference_of_roundings(constant_value(node))))
       small.push_back(node);
+  }
   return small;
 }
 
@@ -328,13 +343,14 @@ std::vector<Expr> rounding_sized(Expr residual) {
 void compare_without_rounding(const Model& m, IndexResult& t) {
   Model other = m;
   std::vector<std::string> words;
+  other.residuals = residuals_at_values(m);
   for (std::size_t i = 0; i < m.residuals.size(); ++i) {
     Substitution zero;
-    for (Expr c : rounding_sized(m.residuals[i])) {
+    for (Expr c : rounding_sized(other.residuals[i])) {
       zero[c] = Expr(0);
       words.push_back(text(rounded(constant_value(c), 3), " in ", m.label(i)));
     }
-    if (!zero.empty()) other.residuals[i] = simplify(substitute(m.residuals[i], zero));
+    if (!zero.empty()) other.residuals[i] = simplify(substitute(other.residuals[i], zero));
   }
   if (words.empty()) return;
   const std::string here = answer_text(t.index, t.dof), there = answer_in(other);

@@ -13,10 +13,11 @@
 namespace pendula::dae {
 
 struct IndexResult {
-  int index = 0;                   ///< differentiation index
-  int dof = 0;                     ///< free initial values
-  bool index_is_bound = false;     ///< too large for a referee: the index is at most this
-  std::string evidence;            ///< how it was found, in words
+  int index = 0;                ///< differentiation index
+  int dof = 0;                  ///< free initial values
+  bool index_is_bound = false;  ///< too large for a referee: the index is at most this
+  bool is_unconfirmed = false;  ///< by the structure alone: no values that satisfy the equations were found
+  std::string evidence;         ///< how it was found, in words
   std::vector<std::string> notes;  ///< what else has to be known: other branches, other parameter values
 
   enum class Conditions { found, by_offsets, of_regularised } conditions = Conditions::by_offsets;

@@ -9,6 +9,7 @@
 #include "expr/graph/generic.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
+#include "expr/rewrite/vanishing_parts.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -43,6 +44,7 @@ class Extraction {
     for (const auto& [p, v] : form_.values) {
       const auto q = rational(v);
       put_in_[p] = q ? Expr(*q) : v;
+      rounded_ = rounded_ || !exact_value(v);
     }
     int highest = 1;
     for (const Variable& v : model.variables) highest = std::max(highest, v.order);
@@ -121,6 +123,7 @@ class Extraction {
 
   Expr constant_of(Expr slope) const {
     if (slope.is_constant()) return slope;
+    if (rounded_) slope = substitute(slope, vanishing_parts({&slope, 1}, form_.values));
     const Expr c = substitute(slope, put_in_);
     return c.is_constant() || (!explained_ && differs_between_points(c)) ? c : simplify(c);
   }
@@ -182,6 +185,7 @@ class Extraction {
   };
   const Model& m_;
   bool explained_;
+  bool rounded_ = false;  ///< some value is no rational as typed: a² - 2 for a = √2 counts as 0
   LinearForm form_;
   Substitution put_in_;
   std::unordered_map<Expr, int> column_;

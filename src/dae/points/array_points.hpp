@@ -4,7 +4,7 @@
 // its derivatives as expressions. array_points.hpp (here): points with F_k = 0 by Gauss-Newton from seeded starts, and
 // the ranks of the derivative array there. consistent_point_rank.hpp: the rank of the system Jacobian at such
 // points. rank_on_zero_set.hpp: the same for a given set of equations. generic_functions.hpp: unspecified functions
-// replaced by functions with values.
+// replaced by functions with values. interval_proof.hpp: that there are no such points; completed_squares.hpp helps it.
 #pragma once
 
 #include <optional>

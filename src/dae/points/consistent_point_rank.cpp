@@ -121,10 +121,14 @@ static std::vector<int> dependent_rows(Mat J, int rank) {
 
 std::optional<ConsistentPointRank::Point> ConsistentPointRank::point(int seed,
                                                                      const std::vector<Expr>& columns,
-                                                                     int held) const {
+                                                                     int held, double size) const {
   const NumericArray numeric(rows_, columns);
   const auto known = numeric.known(seed);
-  const auto at = numeric.project(starting_point(numeric, seed), known, held);
+  Vec from = size * starting_point(numeric, seed);
+  for (std::size_t j = 0; j < columns.size(); ++j)
+    if (std::find(variables_.begin(), variables_.end(), symbol_of(columns[j]).base) == variables_.end())
+      from[static_cast<Index>(j)] = std::fabs(from[static_cast<Index>(j)]);
+  const auto at = numeric.project(std::move(from), known, held);
   if (!at || (at->slow && at->w.cwiseQuotient(numeric.unit()).cwiseAbs().maxCoeff() >= near_enough))
     return {};
   auto [value, noise] = evaluate_stable(slopes_, columns, at->w, known, numeric.unit());
@@ -252,8 +256,23 @@ ConsistentPointRanks ConsistentPointRank::ranks(int wanted, int seeds) const {
   // Where the gradient of C³ vanishes, steps that end early are few: the rank beside the solutions is not the rank there.
   constexpr int few = 5;
   if (result.slow >= few * result.points) result = {.slow = result.slow};
+  if (result.points + result.slow == 0) {
+    const std::vector<Expr> all = with_given_ones(columns);
+    for (int seed = 0; seed < seeds && result.points < enough; ++seed)
+      for (const double size : {1.0, 30.0})
+        if (const auto at = point(seed, all, 0, size); at && !at->slow) take(*at);
+    if (result.most < size_) result = {};  // far out, where tanh is 1, rank is lost to rounding
+  }
   if (result.points == 0) result.slow = std::max(result.slow, points_of_one_equation());
   return result;
+}
+
+/// Time, inputs, parameters without a value may be such that there is a solution: of x² = u not for u < 0.
+std::vector<Expr> ConsistentPointRank::with_given_ones(std::vector<Expr> columns) const {
+  const std::unordered_set<Expr> unknown(columns.begin(), columns.end());
+  for (Expr leaf : leaves(rows_))
+    if (!unknown.count(leaf) && symbol_of(leaf).kind != Kind::constant) columns.push_back(leaf);
+  return columns;
 }
 
 /// The most points on one equation alone at which its gradient vanishes, if it vanishes at all that are

@@ -53,7 +53,7 @@ class ConsistentPointRank {
     Vec unit;  ///< of the columns of J: ranks are taken in units of the model
     bool slow;
   };
-  std::optional<Point> point(int seed, const std::vector<Expr>& columns, int held) const;
+  std::optional<Point> point(int seed, const std::vector<Expr>& columns, int held, double size = 1) const;
   struct StagedValues {
     std::unordered_map<Expr, double> known;
     Vec w, unit;
@@ -65,6 +65,7 @@ class ConsistentPointRank {
   int points_of_one_equation() const;
   bool proves_index(const Mat& J) const;
   std::vector<Expr> with_held_first(std::vector<Expr> columns, int seed) const;
+  std::vector<Expr> with_given_ones(std::vector<Expr> columns) const;
 
   int size_;
   Offsets offsets_;

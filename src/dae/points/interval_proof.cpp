@@ -21,15 +21,20 @@ struct Interval {
   bool is_empty() const { return !(lo <= hi) || lo == infinite || hi == -infinite; }
 };
 
-Interval intersection(Interval a, Interval b) { return {std::max(a.lo, b.lo), std::min(a.hi, b.hi)}; }
+constexpr Interval never{0, 0}, always{1, 1}, perhaps{0, 1};  // truth values
 
-/// Values with a relative error of some units in the last place, rounded outward. What overflows is no number,
-/// what underflows is 0.
+Interval intersection(Interval a, Interval b) { return {std::max(a.lo, b.lo), std::min(a.hi, b.hi)}; }
+Interval hull(Interval a, Interval b) { return {std::min(a.lo, b.lo), std::max(a.hi, b.hi)}; }
+bool are_apart(Interval a, Interval b) { return a.hi < b.lo || b.hi < a.lo; }
+
+/// Values with a relative error of some units in the last place, rounded outward. What overflows is no number, what
+/// underflows is 0; 0 is exact: so are sums that are 0, and the functions here where they are.
 Interval outward(double lo, double hi) {
   constexpr double error = 2e-15;
-  const auto down = [](double v) { return std::nextafter(v - error * std::fabs(v), -infinite); };
-  if (lo == 0 && hi == 0) return {0, 0};
-  return {std::isfinite(lo) ? down(lo) : lo, std::isfinite(hi) ? -down(-hi) : hi};
+  const auto down = [](double v) {
+    return v == 0 || !std::isfinite(v) ? v : std::nextafter(v - error * std::fabs(v), -infinite);
+  };
+  return {down(lo), -down(-hi)};
 }
 Interval not_negative(Interval a) { return {std::max(a.lo, 0.0), a.hi}; }
 
@@ -110,13 +115,13 @@ class Propagation {
     for (Expr row : rows) zero_.push_back(place_.at(row));
   }
 
-  /// Also in both halves of an interval that contains 0 inside, `depth` times.
+  /// Also where an unknown whose interval contains 0 is negative and where it is positive, `depth` times.
   bool finds_empty(int depth) {
     if (propagation_empties()) return true;
     if (depth == 0) return false;
     const auto split = [&](std::size_t k) {
       const Interval v = value_[k];
-      return nodes_[k].is_symbol() && v.is_bounded() && v.lo < 0 && v.hi > 0 && v.hi - v.lo > 1e-6;
+      return nodes_[k].is_symbol() && v.lo < 0 && v.hi > 0 && v.hi - v.lo > 1e-6;
     };
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       if (!split(k)) continue;
@@ -195,6 +200,21 @@ class Propagation {
         return increasing([](double v) { return std::atan(v); }, a());
       case Op::asinh:
         return increasing([](double v) { return std::asinh(v); }, a());
+      case Op::asin:
+        return increasing([](double v) { return std::asin(v); }, intersection(a(), {-1, 1}));
+      case Op::acos:
+        return {0, std::nextafter(std::numbers::pi, 4)};
+      case Op::atan2:
+        return {-std::nextafter(std::numbers::pi, 4), std::nextafter(std::numbers::pi, 4)};
+      case Op::lt:
+        return a().hi < b().lo ? always : a().lo >= b().hi ? never : perhaps;
+      case Op::le:
+        return a().hi <= b().lo ? always : a().lo > b().hi ? never : perhaps;
+      case Op::both:
+      case Op::either:
+        return perhaps;
+      case Op::ifelse:
+        return is_true(a()) ? b() : is_false(a()) ? of(e.operand(2)) : hull(b(), of(e.operand(2)));
       case Op::sign:
         return {a().lo > 0 ? 1.0 : -1.0, a().hi < 0 ? -1.0 : 1.0};
       case Op::min:
@@ -239,9 +259,55 @@ class Propagation {
         return narrow(a, not_negative(increasing([](double v) { return std::exp(v); }, r)));
       case Op::abs:
         return narrow(a, {-r.hi, r.hi});
+      case Op::tanh:
+        return narrow(a, increasing([](double v) { return std::atanh(v); }, intersection(r, {-1, 1})));
+      case Op::sinh:
+        return narrow(a, increasing([](double v) { return std::asinh(v); }, r));
+      case Op::asinh:
+        return narrow(a, increasing([](double v) { return std::sinh(v); }, r));
+      case Op::cosh: {
+        const double most = outward(0, r.hi < 1 ? infinite : std::acosh(r.hi)).hi;
+        return narrow(a, {-most, most});
+      }
+      case Op::min:
+        narrow_smaller(a, b, r);
+        return narrow_smaller(b, a, r);
+      case Op::max:
+        narrow_larger(a, b, r);
+        return narrow_larger(b, a, r);
+      case Op::ifelse:
+        return choose(a, b, e.operand(2), r);
+      case Op::lt:
+      case Op::le:
+        if (is_true(r)) order(a, b);
+        if (is_false(r)) order(b, a);
+        return;
       default:
         return;
     }
+  }
+
+  static bool is_true(Interval condition) { return condition.lo > 0; }
+  static bool is_false(Interval condition) { return condition.hi <= 0; }
+
+  /// min(a, other) in r, and its like: both are at least r.lo, and one of them is at most r.hi.
+  void narrow_smaller(Expr a, Expr other, Interval r) {
+    narrow(a, {r.lo, of(other).lo > r.hi ? r.hi : infinite});
+  }
+  void narrow_larger(Expr a, Expr other, Interval r) {
+    narrow(a, {of(other).hi < r.lo ? r.lo : -infinite, r.hi});
+  }
+  /// ifelse(condition, p, q) in r.
+  void choose(Expr condition, Expr p, Expr q, Interval r) {
+    if (are_apart(of(p), r)) narrow(condition, never);
+    if (are_apart(of(q), r)) narrow(condition, always);
+    if (is_true(of(condition))) narrow(p, r);
+    if (is_false(of(condition))) narrow(q, r);
+  }
+  /// a ≤ b.
+  void order(Expr a, Expr b) {
+    narrow(a, {-infinite, of(b).hi});
+    narrow(b, {of(a).lo, infinite});
   }
 
   std::vector<Expr> nodes_;
@@ -255,7 +321,8 @@ class Propagation {
 
 bool has_no_solution(std::span<const Expr> rows, const std::unordered_map<Expr, double>& known) {
   constexpr int halvings = 3;
-  return Propagation(rows, known).finds_empty(halvings);
+  constexpr std::size_t few = 12;
+  return Propagation(rows, known).finds_empty(rows.size() <= few ? halvings : 0);
 }
 
 }  // namespace pendula::dae

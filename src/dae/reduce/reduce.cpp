@@ -144,6 +144,15 @@ ModelPtr made_acc(const ModelPtr& given) {
 
 }  // namespace
 
+void refuse_form(const char* form, const Model& m, const char* lacking) {
+  const bool regularised = std::any_of(m.blocks.begin(), m.blocks.end(), [](const Block& b) {
+    return std::any_of(b.rewritten.begin(), b.rewritten.end(), [](const auto& how) { return !how.empty(); });
+  });
+  throw Error(text("form \"", form, "\": ", regularised ? "the regularised equations have" : "the model has",
+                   " index ", require_regular(m).index, " and ", lacking, "; ",
+                   regularised ? "sys:reduce() gives them" : "it can be integrated as it stands"));
+}
+
 ModelPtr index_one_form(const ModelPtr& model, const std::unordered_map<Expr, double>& near) {
   try {
     return reduce_acc(model);

@@ -183,9 +183,7 @@ void tell_choice(const std::vector<Expr>& rows, const Model& m, const Offsets& o
 ModelPtr reduce_dummy(const ModelPtr& model, const DummySelection& selection) {
   const ModelPtr source = regular_form(original(model));
   const Analysis a = require_regular(*source);
-  if (selection.dummies.empty())
-    throw Error(text("form \"dummy\": the model has index ", a.index,
-                     " and no equation that has to be differentiated; it can be integrated as it stands"));
+  if (selection.dummies.empty()) refuse_form("dummy", *source, "no equation that has to be differentiated");
   ModelOptions options = child_of(source);
   options.form = "dummy";
   options.u = source->inputs;

@@ -301,8 +301,8 @@ ModelPtr reduce_minimal(const ModelPtr& model, const ReduceOptions& request) {
   const ModelPtr low = reduce_acc(source);
   const std::vector<Chain> list = chains(*source, *low);
   if (list.empty())
-    throw Error(text("form \"minimal\": the model has index ", require_regular(*source).index,
-                     " and no constraint that has to be differentiated; all its states are independent"));
+    refuse_form("minimal", *source,
+                "no constraint that has to be differentiated: all its states are independent");
   Dependents d(*source, request);
   for (const Chain& chain : list)
     for (const Constraint& c : chain.below) d.add(c);

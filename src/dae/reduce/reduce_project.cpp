@@ -156,9 +156,8 @@ ModelPtr reduce_project(const ModelPtr& given) {
     why = e.what();
   }
   if (inner->invariants.empty())
-    throw Error(text("form \"project\": the model has index ", require_regular(*model).index,
-                     " and no constraint that could drift, so there is nothing to "
-                     "project onto; integrate it as it stands"));
+    refuse_form("project", *model,
+                "no constraint that could drift, so that there is nothing to project onto");
   auto done = std::make_shared<Model>(*inner);
   done->parent = inner;
   done->form = "project";

@@ -24,10 +24,7 @@ namespace {
 
 using Index = Eigen::Index;
 
-[[noreturn]] void nothing_hidden(const std::string& form, const Model& m) {
-  throw Error(text("form \"", form, "\": the model has index ", require_regular(m).index,
-                   " and no constraint that has to be differentiated; it can be integrated as it stands"));
-}
+constexpr const char* nothing_hidden = "no constraint that has to be differentiated";
 
 // ── ggl
 // ──────────────────────────────────────────────────────────────────────────────────────────────────────
@@ -178,7 +175,7 @@ std::vector<std::string> ggl_derivation(const std::vector<Chain>& positions, con
 ModelPtr reduce_ggl(const ModelPtr& model) {
   const ModelPtr first = to_first_order(regular_form(original(model)));
   const ModelPtr low = reduce_acc(first);
-  if (low == first) nothing_hidden("ggl", *first);
+  if (low == first) refuse_form("ggl", *first, nothing_hidden);
   const std::vector<Chain> positions = position_constraints(*first, *low);
   const std::vector<Expr> mu = new_variables(*first, "mu", positions.size());
   std::vector<Block> blocks = first->blocks;
@@ -277,7 +274,7 @@ ModelPtr reduce_baumgarte(const ModelPtr& model, const ReduceOptions& request) {
   const ModelPtr source = regular_form(original(model));
   const ModelPtr low = reduce_acc(source);
   const std::vector<Chain> list = chains(*source, *low);
-  if (list.empty()) nothing_hidden("baumgarte", *source);
+  if (list.empty()) refuse_form("baumgarte", *source, nothing_hidden);
   ModelOptions options = child_of(low);
   options.form = "baumgarte";
   options.drift = DriftLaw::decay;

@@ -9,6 +9,10 @@
 
 namespace pendula::dae {
 
+/// Of a form that has nothing to do: 'form "ggl": the model has index 1 and no constraint that has to be differentiated;
+/// it can be integrated as it stands'. Where the model had to be regularised, that is true of the regularised equations.
+[[noreturn]] void refuse_form(const char* form, const Model& model, const char* lacking);
+
 /// "ggl": constraints stay as they are and their derivatives join them, with additional multipliers μ:
 ///   q′ = v - (∂C/∂q)ᵀ μ,   0 = C,   0 = C′;   index 2, μ = 0 on exact solutions.
 /// requires  constraints differentiated twice, on variables with rows q′ = v (made where they are missing)

@@ -109,14 +109,12 @@ void parameter_cases(StructureReport& s) {
       told.push_back(line);
   };
   for (Expr factor : factors_that_decide(s)) {
-    const auto exception = exceptional_value(factor);
-    if (!exception) continue;
-    const auto& [p, value] = *exception;
-    const Expr at_hand = at_values(std::vector<Expr>{factor}, m.values)[0];
-    if (at_hand.is_zero())
-      tell(text(to_text(p), " ≠ ", to_text(value)), answer_of(without_value(m, p)), m.values.count(p) > 0);
-    else
-      tell(text(to_text(p), " = ", to_text(value)), answer_of(with_value(m, p, value)), !m.values.count(p));
+    const bool holds = at_values(std::vector<Expr>{factor}, m.values)[0].is_zero();
+    for (const auto& [p, value] : exceptional_values(factor))
+      if (!holds)
+        tell(text(to_text(p), " = ", to_text(value)), answer_of(with_value(m, p, value)), !m.values.count(p));
+      else if (at_values(std::vector<Expr>{p - value}, m.values)[0].is_zero())
+        tell(text(to_text(p), " ≠ ", to_text(value)), answer_of(without_value(m, p)), m.values.count(p) > 0);
   }
   s.notes.insert(s.notes.end(), told.begin(), told.end());
 }
@@ -141,6 +139,7 @@ void find_index(StructureReport& s) {
     s.dof = known.dof;
     s.evidence = known.evidence;
     s.index_is_bound = known.index_is_bound;
+    s.is_unconfirmed = known.is_unconfirmed;
     s.notes.insert(s.notes.end(), known.notes.begin(), known.notes.end());
     if (s.analysis.standing == Standing::identically) other_values(s, known);
   } catch (const Failure& e) {

@@ -31,9 +31,10 @@ struct StructureReport {
   std::vector<std::string> null_vector;  ///< unknowns in its null vector, where it is singular there
   DeterminantFactors validity;           ///< where the structural answer holds
   int structural_index = 0, structural_dof = 0;
-  std::optional<int> index, dof;   ///< true ones, where they are known
-  bool index_is_bound = false;     ///< too large for a referee: at most this
-  std::string evidence;            ///< how the true index was found, or why there is none
+  std::optional<int> index, dof;  ///< true ones, where they are known
+  bool index_is_bound = false;    ///< too large for a referee: at most this
+  bool is_unconfirmed = false;    ///< of the structure alone: no values that satisfy the equations were found
+  std::string evidence;           ///< how the true index was found, or why there is none
   std::vector<std::string> notes;  ///< other branches of the solutions, other parameter values, conditions
 };
 

@@ -133,7 +133,8 @@ std::string verdict_text(const StructureReport& s) {
 
 std::string index_text(const StructureReport& s) {
   if (!s.index) return s.evidence;
-  return text("true index ", s.index_is_bound ? "at most " : "", *s.index, ", ", *s.dof,
+  return text(s.is_unconfirmed ? "if the equations have solutions: index " : "true index ",
+              s.index_is_bound ? "at most " : "", *s.index, ", ", *s.dof,
               *s.dof == 1 ? " free initial value" : " free initial values", " (", s.evidence, ")");
 }
 

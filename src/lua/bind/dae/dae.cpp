@@ -1,12 +1,14 @@
 // What a model answers: its parts, conversions, index and conditions. Reads arguments, calls src/dae.
 #include "lua/bind/dae/dae.hpp"
 
+#include "base/counted.hpp"
 #include "base/text.hpp"
 #include "dae/index/differentiation_index.hpp"
 #include "dae/model/forms.hpp"
 #include "dae/model/make_model.hpp"
 #include "dae/model/truncated_text.hpp"
 #include "dae/report/describe.hpp"
+#include "dae/report/structure_report.hpp"
 #include "lua/core/library.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/core/values.hpp"
@@ -89,8 +91,21 @@ int to_implicit(Call& call) { return call.push(dae::to_implicit(model_ptr(call))
 int to_first_order(Call& call) { return call.push(dae::to_first_order(model_ptr(call))); }
 
 /// A bare number cannot say that it holds on one branch or in one region only: that goes to the error stream.
+///
+/// Nothing but the structure leads to an index where no values that satisfy the equations are found: it then asks for
+/// such values, argument 2.
 static dae::IndexResult index_with_warnings(Call& call) {
   dae::IndexResult known = dae::differentiation_index(model_of(call));
+  const auto start = call.has(2) ? call.shared<dae::ConsistentState>(2, "start") : nullptr;
+  if (start && dae::structure(model_ptr(call), start).gap == 0.0)
+    throw Failure(
+        "the system Jacobian is singular at this start, where the index changes; sys:structure(start) says more");
+  if (known.is_unconfirmed && !start)
+    throw Failure(
+        text("no values that satisfy the equations were found. If there are some, the structure says index ",
+             known.index, ", ", counted(static_cast<std::size_t>(known.dof), "free initial value"),
+             "; start = sys:init{ guess = { … } } looks for them near yours, and sys:index(start), "
+             "sys:dof(start) take what it finds"));
   for (const std::string& note : known.notes) warn(note);
   return known;
 }
@@ -226,10 +241,11 @@ extern const Module dae_module = {
   (1)  x′ = v
   (2)  v′ = -x
   differential  x, v)"},
-        {"model:index", index, "sys:index() -> integer",
-         "The differentiation index, from structure and checked by the rank of the system Jacobian.",
+        {"model:index", index, "sys:index([start]) -> integer",
+         R"(The differentiation index, from the structure and the rank of the derivative array at values that satisfy
+            the equations; start: at these.)",
          R"(x, z = vars "x z"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:index())", "2"},
-        {"model:dof", dof, "sys:dof() -> integer", "The number of free initial values.",
+        {"model:dof", dof, "sys:dof([start]) -> integer", "The number of free initial values.",
          R"(x, z = vars "x z"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:dof())", "0"},
         {"model:constraints", constraints, "sys:constraints() -> constraints",
          R"(Every condition on the initial values of the states, explicit and hidden, with the equation it

@@ -1,0 +1,31 @@
+#include "dae/points/completed_squares.hpp"
+
+#include <algorithm>
+
+#include "expr/graph/derivative.hpp"
+#include "expr/rewrite/rewrite.hpp"
+
+namespace pendula::dae {
+
+std::optional<Expr> with_completed_squares(Expr e) {
+  constexpr std::size_t most_unknowns = 8, longest = 300;  // nodes
+  const auto nodes = topological({&e, 1});
+  const bool has_square = std::any_of(nodes.begin(), nodes.end(), [](Expr n) {
+    return (n.op() == Op::mul && n.operand(0) == n.operand(1)) ||
+           (n.op() == Op::pow && n.operand(1) == Expr(2));
+  });
+  if (!has_square || nodes.size() > longest) return {};
+  const std::vector<Expr> unknowns = leaves({&e, 1});
+  if (unknowns.size() > most_unknowns) return {};
+  Expr squares = 0, rest = e;
+  for (Expr x : unknowns) {
+    const Expr slope = partial(rest, x), twice = simplify(partial(slope, x));
+    if (!exact_value(twice) || twice.is_zero()) continue;
+    const Expr at_zero = simplify(substitute(slope, {{x, Expr(0)}}));
+    squares += twice / Expr(2) * pow(x + at_zero / twice, 2);
+    rest = simplify(substitute(rest, {{x, Expr(0)}}) - at_zero * at_zero / (Expr(2) * twice));
+  }
+  return squares.is_zero() ? std::nullopt : std::optional(squares + rest);
+}
+
+}  // namespace pendula::dae

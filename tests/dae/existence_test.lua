@@ -1,0 +1,67 @@
+-- Equations without real solution, or with such as determine nothing, have no index; where no values that
+-- satisfy them are found, sys:index() asks for some.
+local x, y, z, w = vars "x y z w"
+local function refused(name, model, words)
+  test(name, function()
+    local ok, e = pcall(model.index, model)
+    assert(not ok and tostring(e):find(words, 1, true), tostring(e))
+  end)
+end
+
+refused("a square and an exponential", dae { x^2 + exp(y) ~ 0, y ~ t, der(w) ~ x },
+  "equation (1)  x² + exp(y) = 0 has no solution")
+refused("a product of exponentials", dae { exp(x)*exp(y) ~ 0, der(y) ~ x },
+  "equation (1)  exp(x) exp(y) = 0 has no solution")
+refused("a definite quadratic form below 0", dae { x^2 + x*y + y^2 ~ -1, der(y) ~ x },
+  "equation (1)  x² + x y + y² = -1 has no solution")
+refused("a circle of radius 0", dae { x^2 + y^2 + 1 ~ 2*x, der(y) ~ x },
+  "is 0 = y² + (x - 1)², which has one sign")
+refused("sum and product of two numbers", dae { x + y ~ 1, x*y ~ 5, der(w) ~ w },
+  "the equations (1), (2) have no solution in common")
+refused("complementary, with a negative sum", dae { 0 ~ min(x, y), x + y ~ -1, der(w) ~ w },
+  "the equations (1), (2) have no solution in common")
+refused("a contradiction among thirty equations", (function()
+  local list, q = {}, {}
+  for k = 1, 28 do q[k] = var("q" .. k); list[k] = der(q[k]) ~ -q[k]*(q[k - 1] or 1) end
+  list[29], list[30] = x + y ~ 1, x*y ~ 5
+  return dae(list)
+end)(), "the equations (29), (30) have no solution in common")
+refused("a pole approached by tanh", dae { tanh(x) ~ y, y ~ 1 + w^2, der(w) ~ x },
+  "no values that satisfy the equations were found. If there are some, the structure says index 1, 1 free")
+refused("a cubic with one real root for three",
+  dae { x + y + z ~ 0, x*y + y*z + z*x ~ 1, x*y*z ~ 1, der(w) ~ w*x },
+  "no values that satisfy the equations were found")
+
+test("of functions of time, some have solutions", function()
+  local u = input "u"
+  local m = dae { x^2 + y^2 ~ u, der(y) ~ x, z ~ sqrt(u - 20) }
+  assert(m:index() == 1 and m:dof() == 1)
+end)
+
+test("values near a solution serve where none are found", function()
+  -- sin(10⁴ x) + x = 3·10⁴ has solutions near 3·10⁴ only
+  local m = dae { log(x - 1e4)*sqrt(3e4 - x) ~ 5 + y, y ~ x*(x - 2.99e4), der(w) ~ w }
+  local ok = pcall(m.index, m)
+  if not ok then
+    local start = m:init { fix = { w = 1 }, guess = { x = 2.99e4 } }
+    assert(m:index(start) == 1 and m:dof(start) == 1)
+  end
+end)
+
+test("rounding in place of a parameter's root says so", function()
+  local a = param("a", math.sqrt(2))
+  local m = dae { (a^2 - 2)*y ~ x, der(x) ~ -x }
+  local ok, e = pcall(m.index, m)
+  assert(not ok and tostring(e):find("the pencil sE - A is singular", 1, true), tostring(e))
+  assert(tostring(m:structure()):find("for a ≠ √2: index 1, 1 free initial value", 1, true))
+end)
+
+test("cases where a factor of parameters vanishes, factor by factor", function()
+  local a, b = params "a b"
+  local text = tostring(dae { a*x + b*y ~ 1, b*x + a*y ~ sin(t), der(w) ~ x }:pencil())
+  for _, case in ipairs { "for a = b: no index", "for a = -b: no index" } do
+    assert(text:find(case, 1, true), text)
+  end
+  local circle = tostring(dae { (a*b - 1)*der(x) ~ -x + y, y ~ sin(t) }:structure())
+  assert(circle:find("for a = 1/b: index 1, 0 free initial values", 1, true), circle)
+end)
