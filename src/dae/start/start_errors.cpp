@@ -233,8 +233,11 @@ void explain_freedom(const ModelPtr& model, const StartSystem& s, const Vec& w, 
     if (choice.size() < most) choice.push_back(name(j));
   std::string example = "for example fix: " + join(choice, ", ");
   constexpr std::size_t short_list = 12;
-  if (const auto more_fixes = completion(model, s, w, open);
-      more_fixes && s.fixes() + more_fixes->size() <= short_list) {
+  const auto more_fixes = completion(model, s, w, open);
+  if (!more_fixes && w.size() <= dense_up_to)
+    example = text("open: ", join(choice, ", "),
+                   "; neither 0 nor the values of the point that was found give a start");
+  if (more_fixes && s.fixes() + more_fixes->size() <= short_list) {
     LeafValues all = s.request.fix;
     all.insert(all.end(), more_fixes->begin(), more_fixes->end());
     example +=

@@ -220,6 +220,21 @@ bool EventFinder::is_zero(std::size_t i, const Sample& at) const {
   return at.g[i] == 0 || std::fabs(at.g[i]) <= 64 * eps * size;
 }
 
+/// To rounding again, where dg/dt is not known: what g changes by between two samples in a few ulp of t.
+bool EventFinder::falls_to_zero(std::size_t i, const Sample& a, const Sample& b) const {
+  const double rate = std::fabs(a.g[i] - b.g[i]) / (b.t - a.t);
+  return std::fabs(b.g[i]) < std::fabs(a.g[i]) &&
+         std::fabs(b.g[i]) <= 64 * eps * rate * std::max(span_, std::fabs(b.t));
+}
+
+int EventFinder::vanished(const Point& point) {
+  evaluate(point, probe_);
+  for (std::size_t i = 0; i < events_->size(); ++i)
+    if (!(*events_)[i].termination_reason.empty() && probe_.t > last_.t && falls_to_zero(i, last_, probe_))
+      return static_cast<int>(i);
+  return -1;
+}
+
 /// The height of a bounce that its height above 0 hides; the speed of a surface that begins to slide.
 bool EventFinder::is_invisible(std::size_t i) {
   const double g = std::fabs(last_.g[i]);
@@ -273,8 +288,10 @@ bool EventFinder::may_hide(const Sample& a, const Sample& b, int depth) const {
 
 /// At the end of the run there is no step behind a root that would show the change of sign.
 bool EventFinder::ends_at_zero(std::size_t i, const Sample& a, const Sample& b) const {
-  const bool toward = std::fabs(a.g[i]) > tiny && a.g[i] * b.slope[i] < 0;
-  return b.t >= end_ && !(*events_)[i].surface && toward && is_zero(i, b) && !opposite(a.g[i], b.g[i]);
+  if (b.t < end_ || (*events_)[i].surface || std::fabs(a.g[i]) <= tiny || opposite(a.g[i], b.g[i]))
+    return false;
+  if (!slope_known_[i] && !(*events_)[i].termination_reason.empty()) return falls_to_zero(i, a, b);
+  return a.g[i] * b.slope[i] < 0 && is_zero(i, b);
 }
 
 /// A sine of a condition turns by more than a radian. A run whose steps hold more turns than can be counted, again and

@@ -107,6 +107,9 @@ class EventFinder {
   double slope(int which, const Point& point);
   /// dg/dt between two points of a solution that are close to each other; where it is known, at the second.
   double slope_between(int which, const Point& a, const Point& b);
+  /// The event with a termination_reason that is 0 at a point behind the last samples, without a change of sign: a
+  /// divisor max(x, -x), which its own border hides; -1 if there is none.
+  int vanished(const Point& point);
   /// The first root in (from, to], where `from` is the last start or root, located to a few ulp of t.
   /// Requires events.
   std::optional<Hit> find(Stepper& stepper, const StepView& step);
@@ -130,6 +133,7 @@ class EventFinder {
     bool rising;
   };
   bool is_zero(std::size_t i, const Sample& at) const;
+  bool falls_to_zero(std::size_t i, const Sample& a, const Sample& b) const;
   bool turns_back(std::size_t i) const;
   double rounding(std::size_t i);
   bool is_invisible(std::size_t i);

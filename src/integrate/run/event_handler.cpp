@@ -96,6 +96,11 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
       throw accumulation(event_of(hit.list.front()));
     }
   }
+  // just before the border: sign(x) is 0 on it, and nowhere else
+  const auto is_divisor = [](const Event& event) { return !event.termination_reason.empty(); };
+  if (surface && !may_jump && std::any_of(s.plan.events.list.begin(), s.plan.events.list.end(), is_divisor))
+    if (const int gone = s.finder.vanished(s.inside(hit.before, Detail::full)); gone >= 0)
+      return end_before(hit, s.plan.events.list[gone], outcome);
   // a step of a few ulp from here to the end is no step
   const bool at_end = s.plan.to - hit.t <= 4 * std::numeric_limits<double>::epsilon() * std::fabs(s.plan.to);
   point.t = at_end ? s.plan.to : hit.t;

@@ -120,3 +120,27 @@ test("guards = false goes on", function()
     guards = false, method = rk.rk4 }
   expect(sol.status):equals "finished"
 end)
+
+test("a divisor that touches 0 at its own border ends a run, behind it and at its end", function()
+  local divisors = { max(x, -x), ifelse(lt(x, 0), -x, x), min(abs(x), 1), abs(x) + x^2, abs(x) }
+  for k, divisor in ipairs(divisors) do
+    local sys = dae { divisor*z ~ 1, der(x) ~ 1 }
+    for _, method in ipairs(methods) do
+      for _, to in ipairs { 1, 2 } do
+        local sol = sys:integrate { start = { x = -1 }, to = to, method = method }
+        expect(k .. method .. to .. sol.status):matches "stopped at t = 1: "
+      end
+    end
+  end
+end)
+
+test("a divisor that comes near 0 at its border does not", function()
+  local sys = dae { (max(x, -x) + 1e-3)*z ~ 1, der(x) ~ 1 }
+  for _, method in ipairs(methods) do
+    local sol = sys:integrate { start = { x = -1 }, to = 2, method = method }
+    expect(sol.status):equals "finished"
+    expect(sol(z, 2)):near(1/1.001, 1e-6)
+  end
+  local falling = dae { exp(-t)*z ~ 1, der(x) ~ x - 1/z }  -- 0 to rounding, but never 0
+  expect(falling:integrate { start = { x = 1 }, to = 36 }.status):equals "finished"
+end)
