@@ -7,6 +7,7 @@
 #include "base/error.hpp"
 #include "dae/model/forms.hpp"
 #include "dae/model/make_model.hpp"
+#include "dae/points/magnitudes.hpp"
 #include "dae/reduce/reduce.hpp"
 #include "dae/start/start.hpp"
 #include "mech/lagrangian.hpp"
@@ -150,6 +151,46 @@ TEST_CASE("a parameter without a value and an input without a value are named") 
   CHECK(message([&] {
           dae::init(dae::make_model({{l, r, ""}}), {});
         }).find("input 'u' has no value") != std::string::npos);
+}
+
+TEST_CASE(
+    "sizes of unknowns: equations that are kept give with other values what new ones give, bit for bit") {
+  const Expr a = symbol(Kind::variable, "a"), b = symbol(Kind::variable, "b"),
+             c = symbol(Kind::variable, "c"), p = symbol(Kind::parameter, "p"),
+             q = symbol(Kind::parameter, "q");
+  const std::vector<Expr> unknowns{a, b, c}, leaves{p, q};
+  const std::vector<Expr> rows{p * a - 3 * b * b + Expr(9.81) * c, a * p + a * q - b * c, sin(a / q) - b * p};
+  const auto fresh = [&](double p_value, double q_value) {
+    return dae::magnitudes(rows, rows.size(), unknowns, {{p, p_value}, {q, q_value}}, {{c, 4.0}});
+  };
+  dae::SizeEquations kept(rows, rows.size(), unknowns, leaves, std::vector{2.0, 5.0});
+  const auto again = [&](double p_value, double q_value) {
+    return kept(std::vector{p_value, q_value}, {{2, 4.0}});
+  };
+  for (const auto& [p_value, q_value] : {std::pair{2.0, 5.0}, {1e-3, 7.5}, {-40.0, 1e4}, {2.0, 5.0}}) {
+    const auto found = again(p_value, q_value);
+    REQUIRE(found);
+    const dae::Magnitudes expected = fresh(p_value, q_value);
+    CHECK(found->unknowns == expected.unknowns);
+    CHECK(found->rows == expected.rows);
+  }
+  CHECK(again(1e-3, 7.5)->unknowns != again(2.0, 5.0)->unknowns);
+  CHECK_FALSE(again(0, 5));      // the terms with p are gone
+  CHECK_FALSE(again(2, 1e-12));  // a q says nothing beside a p
+  dae::SizeEquations small(rows, rows.size(), unknowns, leaves, std::vector{2.0, 1e-12});
+  CHECK(small(std::vector{2.0, 2e-12}, {{2, 4.0}})->unknowns == fresh(2, 2e-12).unknowns);
+  CHECK_FALSE(small(std::vector{2.0, 5.0}, {{2, 4.0}}));
+}
+
+TEST_CASE("sizes of unknowns: a factor of an unknown is one of its unit") {
+  const Expr a = symbol(Kind::variable, "a"), b = symbol(Kind::variable, "b"),
+             k = symbol(Kind::parameter, "k");
+  const std::vector<Expr> rows{k * a - b, b * b - 7};  // b = √7, a = √7/k
+  const dae::Magnitudes plain = dae::magnitudes(rows, 2, {a, b}, {{k, 1.0}}, {});
+  const dae::Magnitudes nano = dae::magnitudes(rows, 2, {a, b}, {{k, 1e9}}, {});
+  CHECK(plain.unknowns[1] == doctest::Approx(std::sqrt(7.0)).epsilon(1e-9));
+  CHECK(nano.unknowns[0] == doctest::Approx(1e-9 * plain.unknowns[0]).epsilon(1e-9));
+  CHECK(nano.unknowns[1] == doctest::Approx(plain.unknowns[1]).epsilon(1e-9));
 }
 
 }  // namespace pendula::start_test

@@ -1,62 +1,131 @@
 #include "dae/points/magnitudes.hpp"
 
-#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <optional>
 
+#include "dae/points/least_absolute.hpp"
 #include "expr/graph/derivative.hpp"
 
 namespace pendula::dae {
-namespace {
-
 using Index = Eigen::Index;
 
-/// log |e| = constant + Σ coefficient · log s_j; nothing where the size is not known (a factor 0).
-struct Form {
-  std::map<Index, double> slope;
-  double constant = 0;
+struct SizeEquations::Parts {
+  /// log |e| = constant + Σ coefficient · log s_j; nothing where the size is not known (a factor 0).
+  struct Form {
+    std::map<Index, double> slope;
+    std::size_t constant = 0;  ///< its place in Constants
+  };
 
-  void add(double factor, const Form& other) {
-    for (const auto& [j, c] : other.slope) slope[j] += factor * c;
-    constant += factor * other.constant;
-  }
+  /// Logarithms that depend on the values of leaves: each is one of a value, or a + factor b of two before it. Number 0 is 0.
+  class Constants {
+   public:
+    std::vector<double> value{0};
+
+    std::size_t fixed(double logarithm) { return push(logarithm); }
+    std::size_t of_leaf(std::size_t leaf, double logarithm) {
+      leaves_.push_back({leaf, value.size()});
+      return push(logarithm);
+    }
+    std::size_t sum(std::size_t a, double factor, std::size_t b) {
+      sums_.push_back({value.size(), a, b, factor});
+      return push(value[a] + factor * value[b]);
+    }
+
+    void evaluate(std::span<const double> values) {
+      for (const auto& [leaf, at] : leaves_) value[at] = std::log(std::fabs(values[leaf]));
+      for (const Sum& s : sums_) value[s.at] = value[s.a] + s.factor * value[s.b];
+    }
+
+   private:
+    struct Sum {
+      std::size_t at, a, b;
+      double factor;
+    };
+    std::size_t push(double logarithm) {
+      value.push_back(logarithm);
+      return value.size() - 1;
+    }
+    std::vector<std::pair<std::size_t, std::size_t>> leaves_;  ///< leaf, place
+    std::vector<Sum> sums_;
+  };
+
+  /// The terms of a sum, and which of them count.
+  struct Terms {
+    std::vector<std::size_t> constant;
+    std::vector<int>
+        alike;  ///< the number of the set of terms in the same unknowns; empty where none is small
+    std::vector<char> counts;
+  };
+
+  Constants constants;
+  std::vector<Form> equations;          ///< each should be 0
+  std::vector<std::vector<Form>> rows;  ///< their terms
+  std::vector<Terms> sums;
+  std::vector<char> has_size;  ///< which leaves
+  LeastAbsolute least;
+  Index unknowns = 0;
 };
+
+namespace {
+
+using Form = SizeEquations::Parts::Form;
+using Terms = SizeEquations::Parts::Terms;
 using Size = std::optional<Form>;
 
-class Magnitude {
- public:
-  Magnitude(const std::vector<Expr>& unknowns, const std::unordered_map<Expr, double>& known)
-      : known_(known) {
-    for (std::size_t j = 0; j < unknowns.size(); ++j) column_[unknowns[j]] = static_cast<Index>(j);
-  }
+constexpr double negligible = 23;  // log 10¹⁰
 
-  std::vector<Form> equations;  ///< each should be 0
+bool has_small_terms(const std::vector<std::size_t>& constants, const std::vector<double>& value) {
+  double least = INFINITY, most = -INFINITY;
+  for (std::size_t c : constants) {
+    least = std::min(least, value[c]);
+    most = std::max(most, value[c]);
+  }
+  return most - least >= negligible;
+}
+
+/// Without terms in the same unknowns as another one that are 10¹⁰ times smaller: cos(π/2) = 6e-17 of a sum with sin x
+/// says nothing about sizes.
+std::vector<char> not_negligible(const Terms& terms, const std::vector<double>& value) {
+  std::vector<char> counts(terms.constant.size(), 1);
+  std::vector<double> largest(counts.size(), -INFINITY);
+  for (std::size_t k = 0; k < counts.size(); ++k)
+    largest[terms.alike[k]] = std::max(largest[terms.alike[k]], value[terms.constant[k]]);
+  for (std::size_t k = 0; k < counts.size(); ++k)
+    counts[k] = !(value[terms.constant[k]] < largest[terms.alike[k]] - negligible);
+  return counts;
+}
+
+bool has_size(double value) { return value != 0 && std::isfinite(value); }
+
+/// Writes the parts of SizeEquations.
+class Builder {
+ public:
+  Builder(const std::vector<Expr>& unknowns, std::span<const Expr> leaves, std::span<const double> values,
+          SizeEquations::Parts& parts)
+      : values_(values), parts_(parts) {
+    for (std::size_t j = 0; j < unknowns.size(); ++j) column_[unknowns[j]] = static_cast<Index>(j);
+    for (std::size_t k = 0; k < leaves.size(); ++k) leaf_[leaves[k]] = k;
+  }
 
   void visit(const std::vector<Expr>& rows, std::size_t equations_among_them) {
     for (Expr e : topological(rows)) size_[e] = size(e);
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      terms_of(rows[i], row_terms_.emplace_back());
-      if (i < equations_among_them) balance(row_terms_.back());
+      terms_of(rows[i], parts_.rows.emplace_back());
+      if (i < equations_among_them) balance(parts_.rows.back());
     }
-  }
-
-  /// The largest term of row i.
-  double row_unit(std::size_t i, const Vec& log_unit) const {
-    double largest = -INFINITY;
-    for (const Form& term : row_terms_[i]) {
-      double value = term.constant;
-      for (const auto& [j, c] : term.slope) value += c * log_unit[j];
-      largest = std::max(largest, value);
-    }
-    return std::isfinite(largest) ? std::exp(largest) : 1;
   }
 
  private:
-  static Size number(double value) {
-    if (value == 0 || !std::isfinite(value)) return {};
-    return Form{{}, std::log(std::fabs(value))};
+  Size number(double value) {
+    if (!has_size(value)) return {};
+    return Form{{}, parts_.constants.fixed(std::log(std::fabs(value)))};
+  }
+
+  void add(Form& to, double factor, const Form& other) {
+    for (const auto& [j, c] : other.slope) to.slope[j] += factor * c;
+    to.constant = parts_.constants.sum(to.constant, factor, other.constant);
   }
 
   void terms_of(Expr e, std::vector<Form>& out) {
@@ -77,25 +146,27 @@ class Magnitude {
     drop_negligible(out);
   }
 
-  /// Without terms in the same unknowns as another one that are 10¹⁰ times smaller: cos(π/2) = 6e-17 of a sum with sin x
-  /// says nothing about sizes.
-  static void drop_negligible(std::vector<Form>& terms) {
-    constexpr double negligible = 23;  // log 10¹⁰
-    const auto smaller = [](const Form& a, const Form& b) { return a.constant < b.constant; };
-    const auto [least, most] = std::minmax_element(terms.begin(), terms.end(), smaller);
-    if (terms.empty() || most->constant - least->constant < negligible) return;
-    std::map<std::map<Index, double>, double> largest;
-    for (const Form& term : terms) {
-      const auto [it, is_new] = largest.try_emplace(term.slope, term.constant);
-      if (!is_new) it->second = std::max(it->second, term.constant);
+  void drop_negligible(std::vector<Form>& list) {
+    if (list.size() < 2) return;
+    Terms& terms = parts_.sums.emplace_back();
+    for (const Form& term : list) terms.constant.push_back(term.constant);
+    if (!has_small_terms(terms.constant, parts_.constants.value)) return;
+    std::map<std::map<Index, double>, int> sets;
+    for (const Form& term : list)
+      terms.alike.push_back(sets.try_emplace(term.slope, static_cast<int>(sets.size())).first->second);
+    terms.counts = not_negligible(terms, parts_.constants.value);
+    std::size_t kept = 0;
+    for (std::size_t k = 0; k < list.size(); ++k) {
+      if (!terms.counts[k]) continue;
+      if (kept != k) list[kept] = std::move(list[k]);
+      ++kept;
     }
-    std::erase_if(terms,
-                  [&](const Form& term) { return term.constant < largest.at(term.slope) - negligible; });
+    list.resize(kept);
   }
 
-  static Form mean(const std::vector<Form>& terms) {
+  Form mean(const std::vector<Form>& terms) {
     Form m;
-    for (const Form& term : terms) m.add(1.0 / static_cast<double>(terms.size()), term);
+    for (const Form& term : terms) add(m, 1.0 / static_cast<double>(terms.size()), term);
     return m;
   }
 
@@ -105,8 +176,8 @@ class Magnitude {
     const Form m = terms.size() <= most ? mean(terms) : terms[0];
     for (const Form& term : terms) {
       Form e = term;
-      e.add(-1, m);
-      equations.push_back(std::move(e));
+      add(e, -1, m);
+      parts_.equations.push_back(std::move(e));
     }
   }
 
@@ -118,9 +189,13 @@ class Magnitude {
     return terms.size() <= 64 ? mean(terms) : terms[0];
   }
 
-  Size leaf(Expr e) const {
+  Size leaf(Expr e) {
     if (const auto j = column_.find(e); j != column_.end()) return Form{{{j->second, 1}}, 0};
-    if (const auto v = known_.find(e); v != known_.end()) return number(v->second);
+    if (const auto k = leaf_.find(e); k != leaf_.end()) {
+      const double value = values_[k->second];
+      if (!has_size(value)) return {};
+      return Form{{}, parts_.constants.of_leaf(k->second, std::log(std::fabs(value)))};
+    }
     if (symbol_of(e).value) return number(pendula::evaluate({&e, 1}, {})[0]);
     return {};
   }
@@ -144,7 +219,7 @@ class Magnitude {
       case Op::div: {
         Size a = of(e.operand(0)), b = of(e.operand(1));
         if (!a || !b) return {};
-        a->add(e.op() == Op::mul ? 1 : -1, *b);
+        add(*a, e.op() == Op::mul ? 1 : -1, *b);
         return a;
       }
       case Op::pow:
@@ -153,7 +228,7 @@ class Magnitude {
         const bool constant = e.op() == Op::sqrt || e.operand(1).is_constant();
         if (!a || !constant) return Form{};
         Form result;
-        result.add(e.op() == Op::sqrt ? 0.5 : constant_value(e.operand(1)), *a);
+        add(result, e.op() == Op::sqrt ? 0.5 : constant_value(e.operand(1)), *a);
         return result;
       }
       case Op::min:
@@ -168,76 +243,93 @@ class Magnitude {
         break;
     }
     if (info(e.op()).arity == 1)  // arguments of transcendental functions have no unit
-      if (Size a = of(e.operand(0)); a && !a->slope.empty()) equations.push_back(*a);
+      if (Size a = of(e.operand(0)); a && !a->slope.empty()) parts_.equations.push_back(*a);
     return Form{};
   }
 
-  const std::unordered_map<Expr, double>& known_;
+  std::span<const double> values_;
+  SizeEquations::Parts& parts_;
   std::unordered_map<Expr, Index> column_;
+  std::unordered_map<Expr, std::size_t> leaf_;
   std::unordered_map<Expr, Size> size_;
-  std::vector<std::vector<Form>> row_terms_;
 };
 
-/// min Σ weight |equation|, by reweighted least squares; what nothing determines stays at 0.
-Vec least_absolute(const std::vector<Form>& equations, const std::vector<double>& weight, Index n) {
-  constexpr double slight = 1e-12;  // holds what is not determined, moves nothing else
-  constexpr int sweeps = 5;
-  std::vector<Eigen::Triplet<double>> entries;
-  for (std::size_t i = 0; i < equations.size(); ++i)
-    for (const auto& [j, c] : equations[i].slope) entries.emplace_back(static_cast<Index>(i), j, c);
-  const auto rows = static_cast<Index>(equations.size());
-  Eigen::SparseMatrix<double> A(rows, n), I(n, n);
-  A.setFromTriplets(entries.begin(), entries.end());
-  I.setIdentity();
-  Vec b(rows), x = Vec::Zero(n), w(rows);
-  for (Index i = 0; i < rows; ++i) b[i] = -equations[i].constant;
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors;  // of one pattern in all sweeps
-  for (int sweep = 0; sweep < sweeps; ++sweep) {
-    const Vec off = A * x - b;
-    for (Index i = 0; i < rows; ++i) w[i] = weight[i] / (sweep == 0 ? 1 : 0.1 + std::fabs(off[i]));
-    const Eigen::SparseMatrix<double> weighted = w.asDiagonal() * A;
-    const Eigen::SparseMatrix<double> product = A.transpose() * weighted;
-    const Eigen::SparseMatrix<double> N = product + slight * I;
-    if (sweep == 0) factors.analyzePattern(N);
-    factors.factorize(N);
-    const Vec next = factors.solve(Vec(A.transpose() * w.cwiseProduct(b)));
-    if (!next.allFinite()) break;
-    x = next;
+/// Are the terms that count the same ones with these values?
+bool still_counts(const Terms& terms, const std::vector<double>& value) {
+  if (!has_small_terms(terms.constant, value))
+    return std::find(terms.counts.begin(), terms.counts.end(), 0) == terms.counts.end();
+  return !terms.alike.empty() && not_negligible(terms, value) == terms.counts;
+}
+
+/// The largest term of a row.
+double row_unit(const std::vector<Form>& terms, const std::vector<double>& constants, const Vec& log_unit) {
+  double largest = -INFINITY;
+  for (const Form& term : terms) {
+    double value = constants[term.constant];
+    for (const auto& [j, c] : term.slope) value += c * log_unit[j];
+    largest = std::max(largest, value);
   }
-  return x;
+  return std::isfinite(largest) ? std::exp(largest) : 1;
 }
 
 }  // namespace
 
-Magnitudes magnitudes(const std::vector<Expr>& rows, std::size_t equations, const std::vector<Expr>& unknowns,
-                      const std::unordered_map<Expr, double>& known,
-                      const std::vector<std::pair<Expr, double>>& anchors) {
+SizeEquations::SizeEquations(const std::vector<Expr>& rows, std::size_t equations,
+                             const std::vector<Expr>& unknowns, std::span<const Expr> leaves,
+                             std::span<const double> values)
+    : parts_(std::make_unique<Parts>()) {
+  Builder(unknowns, leaves, values, *parts_).visit(rows, equations);
+  for (double value : values) parts_->has_size.push_back(has_size(value));
+  parts_->unknowns = static_cast<Index>(unknowns.size());
+  for (const Form& e : parts_->equations) parts_->least.add(e.slope);
+  parts_->least.finish(parts_->unknowns);
+}
+
+SizeEquations::~SizeEquations() = default;
+
+std::optional<Magnitudes> SizeEquations::operator()(std::span<const double> values, const Anchors& anchors) {
   constexpr double anchored = 1e-10;  // decides only what the equations do not
-  Magnitude m(unknowns, known);
-  m.visit(rows, equations);
-  std::vector<double> weight(m.equations.size(), 1);
-  std::unordered_map<Expr, Index> column;
-  for (std::size_t j = 0; j < unknowns.size(); ++j) column[unknowns[j]] = static_cast<Index>(j);
-  for (const auto& [leaf, value] : anchors)
-    if (const auto j = column.find(leaf); j != column.end() && value != 0 && std::isfinite(value)) {
-      m.equations.push_back({{{j->second, 1}}, -std::log(std::fabs(value))});
-      weight.push_back(anchored);
-    }
-  const auto n = static_cast<Index>(unknowns.size());
-  Vec log_unit = least_absolute(m.equations, weight, n);
+  Parts& p = *parts_;
+  for (std::size_t k = 0; k < values.size(); ++k)
+    if (has_size(values[k]) != static_cast<bool>(p.has_size[k])) return {};
+  p.constants.evaluate(values);
+  for (const Terms& terms : p.sums)
+    if (!still_counts(terms, p.constants.value)) return {};
+  std::vector<LeastAbsolute::Single> singles;
+  for (const auto& [j, value] : anchors)
+    if (has_size(value)) singles.push_back({j, std::log(std::fabs(value)), anchored});
+  const Index n = p.unknowns;
+  std::vector<double> right_sides;
+  for (const Form& e : p.equations) right_sides.push_back(-p.constants.value[e.constant]);
+  Vec log_unit = p.least(right_sides, singles);
   constexpr double credible =
       80;  // in a long chain small contradictions add up to nothing that means anything
   if (n > 0 && log_unit.maxCoeff() - log_unit.minCoeff() > credible) {
-    for (Index j = 0; j < n; ++j) {
-      m.equations.push_back({{{j, 1}}, 0});
-      weight.push_back(0.1);
-    }
-    log_unit = least_absolute(m.equations, weight, n);
+    for (Index j = 0; j < n; ++j) singles.push_back({j, 0, 0.1});
+    log_unit = p.least(right_sides, singles);
   }
   constexpr double largest = 200;  // e²⁰⁰ is 1e87: products of units stay finite
-  Magnitudes result{log_unit.cwiseMin(largest).cwiseMax(-largest).array().exp(), Vec(rows.size())};
-  for (std::size_t i = 0; i < rows.size(); ++i) result.rows[static_cast<Index>(i)] = m.row_unit(i, log_unit);
+  Magnitudes result{log_unit.cwiseMin(largest).cwiseMax(-largest).array().exp(),
+                    Vec(static_cast<Index>(p.rows.size()))};
+  for (std::size_t i = 0; i < p.rows.size(); ++i)
+    result.rows[static_cast<Index>(i)] = row_unit(p.rows[i], p.constants.value, log_unit);
   return result;
+}
+
+Magnitudes magnitudes(const std::vector<Expr>& rows, std::size_t equations, const std::vector<Expr>& unknowns,
+                      const std::unordered_map<Expr, double>& known,
+                      const std::vector<std::pair<Expr, double>>& anchors) {
+  std::vector<Expr> leaves;
+  std::vector<double> values;
+  for (const auto& [leaf, value] : known) {
+    leaves.push_back(leaf);
+    values.push_back(value);
+  }
+  SizeEquations::Anchors places;
+  for (const auto& [leaf, value] : anchors)
+    if (const auto at = std::find(unknowns.begin(), unknowns.end(), leaf); at != unknowns.end())
+      places.emplace_back(at - unknowns.begin(), value);
+  return *SizeEquations(rows, equations, unknowns, leaves, values)(values, places);
 }
 
 }  // namespace pendula::dae

@@ -73,6 +73,21 @@ void fill_ledger(ConsistentState& at, const StartSystem& s, const Freedom& open)
   at.free = static_cast<int>(s.unknowns.size()) - open.rank_equations;
 }
 
+void fill_constraints(ConsistentState& at, const StartSystem& s, const Vec& w) {
+  const auto& invariants = s.low->invariants;
+  if (invariants.empty()) return;
+  std::vector<double> values;
+  if (s.request.keep_invariants) {
+    values = s.values(w);  // they are the first rows
+  } else {
+    for (const Constraint& c : invariants) {
+      const Expr residual = substitute(c.residual, s.request.inputs);
+      values.push_back(pendula::evaluate({&residual, 1}, at.values)[0]);
+    }
+  }
+  for (std::size_t i = 0; i < invariants.size(); ++i) at.constraints.emplace_back(invariants[i], values[i]);
+}
+
 std::vector<Moved> moved_values(const StartSystem& s, const Vec& w) {
   std::vector<Moved> list;
   const auto point = s.point(w);
@@ -216,10 +231,8 @@ ConsistentStatePtr init(const ModelPtr& model, const StartRequest& request) {
   for (const auto& [leaf, value] : request.inputs)
     at->values[leaf] = pendula::evaluate({&value, 1}, at->values)[0];
   fill_ledger(*at, s, open);
-  for (const Constraint& c : s.low->invariants) {
-    const Expr residual = substitute(c.residual, request.inputs);
-    at->constraints.push_back({c, pendula::evaluate({&residual, 1}, at->values)[0]});
-  }
+  fill_constraints(*at, s, solution.w);
+  if (!s.has_signs()) return at;
   if (ConsistentStatePtr decided = start_on_signs(model, request, *at)) return decided;
   return at;
 }

@@ -51,6 +51,7 @@ class RowSpace {
   Mat complement() const {
     const Index n = basis_.rows();
     if (rank_ == 0) return Mat::Identity(n, n);
+    if (rank_ == n) return Mat(n, 0);
     const Eigen::HouseholderQR<Mat> qr(Mat(basis_.leftCols(rank_)));
     return full_q(qr.householderQ()).rightCols(n - rank_);
   }
@@ -102,16 +103,37 @@ void uncover(const StartSystem& s, Mat& J) {
   }
 }
 
+/// As many rows as unknowns, of which each is by far no combination of the others: of rows of unit length the distance
+/// of row i from the span of the others is 1/‖J⁻¹ eᵢ‖.
+bool is_plainly_regular(Mat J) {
+  constexpr double far = 1e-6;  // thresholds are 1e-9 and 1e-5 at a double root, which is not asked
+  if (J.rows() != J.cols() || J.rows() == 0) return false;
+  const Vec length = J.rowwise().norm();
+  if (!(length.minCoeff() > 0)) return false;
+  J = length.cwiseInverse().asDiagonal() * J;
+  const Eigen::PartialPivLU<Mat> lu(J);
+  const Mat inverse = lu.solve(Mat::Identity(J.rows(), J.cols()));
+  return inverse.allFinite() && inverse.colwise().norm().maxCoeff() < 1 / far;
+}
+
 Freedom dense_freedom(const StartSystem& s, Mat J, double threshold) {
   uncover(s, J);
   Freedom f;
   const auto first = static_cast<Index>(s.first_fix), n = J.cols();
+  if (threshold <= independent && is_plainly_regular(J)) {
+    f.rank_equations = static_cast<int>(first);
+    f.redundant.assign(s.fixes(), 0);
+    f.chosen.assign(s.unknowns.size(), 0);
+    f.undetermined.resize(n, 0);
+    return f;
+  }
   RowSpace space(J.topRows(first), threshold);
   f.rank_equations = static_cast<int>(space.rank());
   for (std::size_t k = 0; k < s.fixes(); ++k)
     f.redundant.push_back(!space.add(J.row(first + static_cast<Index>(k)).transpose()));
-  const auto covered = s.guessed();
-  const Mat left = space.complement();
+  const auto& covered = s.guessed();
+  const bool any = std::find(covered.begin(), covered.end(), 1) != covered.end();
+  const Mat left = any ? space.complement() : Mat();
   f.chosen.assign(s.unknowns.size(), 0);
   for (Index j = 0; j < n; ++j) {
     if (!covered[j]) continue;
@@ -288,7 +310,7 @@ Freedom sparse_freedom(const StartSystem& s, const Sparse& J) {
   const std::size_t n = s.unknowns.size();
   std::vector<int> classes(n, computed);
   for (std::size_t j = 0; j < s.state_count; ++j) classes[j] = state;
-  const auto covered = s.guessed();
+  const auto& covered = s.guessed();
   for (std::size_t j = 0; j < n; ++j)
     if (covered[j]) classes[j] = guessed;
   // A fix of an expression in several unknowns is an equation like the others.
@@ -334,10 +356,10 @@ static Vec column_scales(Mat J) {
 /// Does every level (levels_of) determine what is new in it, with the fixes and guesses of these unknowns? Then nothing
 /// is open, whatever rounding makes of all levels together. docs/derivations.md#start.
 static bool is_determined_by_levels(const StartSystem& s, const Mat& J) {
-  const StartLevels levels = levels_of(s);
+  const StartLevels& levels = levels_of(s);
   if (levels.highest < StartLevels::high) return false;
   std::vector<char> given = s.fixed();
-  const auto guessed = s.guessed();
+  const auto& guessed = s.guessed();
   for (std::size_t j = 0; j < given.size(); ++j) given[j] = given[j] || guessed[j];
   for (int level = 0; level <= levels.highest + 1; ++level) {
     std::vector<Index> rows, columns;

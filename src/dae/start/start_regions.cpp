@@ -41,8 +41,9 @@ ConsistentStatePtr start_in_region(const ModelPtr& model, const StartRequest& re
   }
   if (!model->form.empty() || !model->invariants.empty() || model->variables.size() > affordable)
     return nullptr;
+  if (!regimes_differ(*model)) return nullptr;
   Regimes regimes(model);
-  if (regimes.choices() > most_choices || !regimes_differ(*model)) return nullptr;
+  if (regimes.choices() > most_choices) return nullptr;
   std::string why;
   std::size_t reasons = 0;
   const auto refused = [&](const Regime& regime, const std::string& reason) {

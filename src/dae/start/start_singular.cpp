@@ -12,7 +12,6 @@
 #include "dae/points/derivative_array.hpp"
 #include "dae/rank/rank.hpp"
 #include "dae/rank/rank_with_gap.hpp"
-#include "dae/rank/stable_values.hpp"
 #include "dae/reduce/reduce.hpp"
 #include "dae/regularise/least_norm.hpp"
 #include "dae/singular/singularity_conditions.hpp"
@@ -34,22 +33,6 @@ std::vector<Expr> unknowns_of_step(const Model& low) {
   const auto z = low.algebraic();
   list.insert(list.end(), z.begin(), z.end());
   return list;
-}
-
-Mat top_jacobian_at(const StartSystem& s, const Vec& w) {
-  const std::vector<Entry> entries = top_jacobian(*s.low);
-  std::vector<Expr> slopes;
-  for (const Entry& e : entries) slopes.push_back(s.with_inputs(e.value));
-  const auto [value, noise] = evaluate_stable(slopes, s.unknowns, w, s.known, s.unit);
-  const auto first_row = static_cast<Index>(s.low->invariants.size());
-  const auto n = static_cast<Index>(s.low->variables.size()),
-             first_unknown = static_cast<Index>(s.state_count);
-  Mat J = Mat::Zero(n, n);
-  for (std::size_t k = 0; k < entries.size(); ++k)
-    if (!noise[k])
-      J(entries[k].row, entries[k].column) =
-          value[k] * s.unit[first_unknown + entries[k].column] / s.row_unit[first_row + entries[k].row];
-  return J;
 }
 
 /// "t = 0, y = 0": what vanishes there.
@@ -189,7 +172,7 @@ std::string ConsistentState::crossing() const {
   const StartSystem s(model, request);
   Vec w(static_cast<Index>(s.unknowns.size()));
   for (Index j = 0; j < w.size(); ++j) w[j] = values.at(s.unknowns[j]);
-  const Mat J = top_jacobian_at(s, w);
+  const Mat J = s.top_jacobian(w);
   if (J.size() == 0 || !J.allFinite() || rank_with_gap(J).rank == J.rows()) return "";
   const Crossing here = crossing_at(model, s, w);
   if (here.ways.empty()) return "";
@@ -209,7 +192,7 @@ std::string redundancy_hint(const ModelPtr& model, const std::vector<Expr>& open
 
 void require_regular_point(const ModelPtr& model, const StartSystem& s, const Vec& w, bool is_determined) {
   if (s.low->variables.size() > most_by_svd || !s.request.keep_invariants) return;
-  const Mat J = top_jacobian_at(s, w);
+  const Mat J = s.top_jacobian(w);
   if (J.size() == 0 || !J.allFinite()) return;
   const RankGap rank = rank_with_gap(J);
   if (rank.rank == J.rows() && s.low->kind == ModelKind::ode && !s.low->form.empty())

@@ -142,23 +142,44 @@ Vec sparse_least_step(const Sparse& J, const Vec& r) {
   return refined(pivoting, 1).tail(n);
 }
 
+/// Rows and columns that are not 0.
+std::pair<std::vector<Index>, std::vector<Index>> occupied(const Sparse& J) {
+  std::vector<char> row(static_cast<std::size_t>(J.rows()), 0);
+  std::pair<std::vector<Index>, std::vector<Index>> found;
+  for (Index j = 0; j < J.outerSize(); ++j) {
+    bool any = false;
+    for (Sparse::InnerIterator it(J, j); it; ++it)
+      if (it.value() != 0) any = row[static_cast<std::size_t>(it.row())] = 1;
+    if (any) found.second.push_back(j);
+  }
+  for (std::size_t i = 0; i < row.size(); ++i)
+    if (row[i]) found.first.push_back(static_cast<Index>(i));
+  return found;
+}
+
+Vec dense_least_step(const Mat& A, const Vec& r) {
+  Eigen::CompleteOrthogonalDecomposition<Mat> qr;
+  qr.setThreshold(1e-11);  // relative pivot below which a direction counts as undetermined
+  qr.compute(A);
+  if (qr.rank() < A.cols() && A.rows() >= A.cols()) {
+    // Units may be wrong by many orders (currents beside Is = 10⁻¹⁶ A). Where columns of equal length are
+    // independent the step is unique, whatever the units.
+    const Vec length = A.colwise().norm().cwiseMax(std::numeric_limits<double>::min());
+    Eigen::CompleteOrthogonalDecomposition<Mat> scaled;
+    scaled.setThreshold(qr.threshold());
+    scaled.compute(Mat(A * length.cwiseInverse().asDiagonal()));
+    if (scaled.rank() == A.cols()) return Vec(scaled.solve(Vec(-r))).cwiseQuotient(length);
+  }
+  return qr.solve(Vec(-r));
+}
+
 /// The smallest d that minimises ‖J d + r‖.
 Vec least_step(const Sparse& J, const Vec& r) {
-  if (J.cols() <= dense_up_to) {
-    Eigen::CompleteOrthogonalDecomposition<Mat> qr;
-    qr.setThreshold(1e-11);  // relative pivot below which a direction counts as undetermined
-    const Mat A(J);
-    qr.compute(A);
-    if (qr.rank() < A.cols() && A.rows() >= A.cols()) {
-      // Units may be wrong by many orders (currents beside Is = 10⁻¹⁶ A). Where columns of equal length are
-      // independent the step is unique, whatever the units.
-      const Vec length = A.colwise().norm().cwiseMax(std::numeric_limits<double>::min());
-      Eigen::CompleteOrthogonalDecomposition<Mat> scaled;
-      scaled.setThreshold(qr.threshold());
-      scaled.compute(Mat(A * length.cwiseInverse().asDiagonal()));
-      if (scaled.rank() == A.cols()) return Vec(scaled.solve(Vec(-r))).cwiseQuotient(length);
-    }
-    return qr.solve(Vec(-r));
+  if (J.cols() <= dense_up_to) {  // what is held, and equations that say nothing, take no part
+    const auto [rows, columns] = occupied(J);
+    Vec d = Vec::Zero(J.cols());
+    if (!rows.empty()) d(columns) = dense_least_step(Mat(J)(rows, columns), r(rows));
+    return d;
   }
   if (const auto exact = square_step(J, r)) return *exact;
   return sparse_least_step(J, r);
@@ -168,7 +189,7 @@ Vec least_step(const Sparse& J, const Vec& r) {
 /// derivatives, which follow from the states, thirty times.
 Vec reaches(const StartSystem& s) {
   constexpr double ready = 1e3, follows = 30;
-  const auto guessed = s.guessed();
+  const auto& guessed = s.guessed();
   const bool any = std::find(guessed.begin(), guessed.end(), 1) != guessed.end();
   Vec reach = Vec::Constant(static_cast<Index>(guessed.size()), any ? ready : 1);
   for (std::size_t j = 0; j < guessed.size(); ++j)
@@ -247,8 +268,10 @@ Vec first_point(const StartSystem& s, int attempt, const Selection& selection, b
   return w;
 }
 
-StartLevels levels_of(const StartSystem& s) {
-  StartLevels levels;
+const StartLevels& levels_of(const StartSystem& s) {
+  auto& known = s.equations_->levels;
+  if (known) return *known;
+  StartLevels& levels = known.emplace();
   const auto& invariants = s.low->invariants;
   if (s.request.keep_invariants)
     for (const Constraint& c : invariants) levels.of_row.push_back(c.derivative);
@@ -280,7 +303,7 @@ static Selection part_of(const StartSystem& s, const StartLevels& levels, int le
 /// Large systems, and conditions of high order, level by level: conditions on positions, then those on velocities …,
 /// then everything. Far from a solution, accelerations and multipliers would only be in the way.
 static StartSolution by_levels(const StartSystem& s, Vec w, const Selection& selection) {
-  const StartLevels levels = levels_of(s);
+  const StartLevels& levels = levels_of(s);
   const bool high = levels.highest >= StartLevels::high;
   if ((w.size() > dense_up_to || high) && s.request.keep_invariants) {
     for (int level = 0; level <= levels.highest; ++level) {
@@ -344,7 +367,7 @@ std::vector<Attempt> attempts_for(const StartSystem& s, const Selection& selecti
     if (const auto j = s.fixed_unknown(k); j && !selection.rows[s.first_fix + k]) held.held[*j] = 0;
   if (selection.held.empty() && selection.rows.empty() && !s.request.guess.empty()) {
     Selection here = held;
-    const auto guessed = s.guessed();
+    const auto& guessed = s.guessed();
     for (std::size_t j = 0; j < guessed.size(); ++j) here.held[j] = here.held[j] || guessed[j];
     list.push_back({here, 0, Attempt::Accept::exact, false});
     for (std::size_t j = s.state_count; j < guessed.size(); ++j) here.held[j] = held.held[j];

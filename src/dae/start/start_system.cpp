@@ -10,6 +10,7 @@
 #include "base/lru_cache.hpp"
 #include "base/text.hpp"
 #include "dae/model/lineage.hpp"
+#include "dae/rank/stable_values.hpp"
 #include "dae/reduce/reduce.hpp"
 #include "expr/print/print.hpp"
 
@@ -94,6 +95,8 @@ class Builder {
     made_->first_fix = made_->rows.size();
     add_fixes();
     check_known();
+    const std::vector<Expr> nodes = topological(made_->model->residuals);
+    made_->has_signs = std::any_of(nodes.begin(), nodes.end(), [](Expr e) { return e.op() == Op::sign; });
     compile();
     made_->inputs = std::move(inputs_);
     return made_;
@@ -119,7 +122,10 @@ class Builder {
       const Expr number = symbol(Kind::slot, text("fixed_", made_->fixed.size() + 1));
       made_->fixed.push_back(number);
       made_->given.push_back(number);
-      add(resolve(*made_->model, leaf) - number);
+      const Expr own = resolve(*made_->model, leaf);
+      const auto at = made_->column.find(own);
+      made_->fixed_unknown.push_back(at == made_->column.end() ? std::nullopt : std::optional(at->second));
+      add(own - number);
     }
   }
 
@@ -159,6 +165,13 @@ class Builder {
     for (const Entry& entry : made_->jacobian) slopes.push_back(entry.value);
     made_->values.emplace(made_->rows, leaves);
     made_->slopes.emplace(slopes, leaves);
+    std::vector<Eigen::Triplet<double>> entries;
+    for (const Entry& entry : made_->jacobian) entries.emplace_back(entry.row, entry.column, 0);
+    auto& J = made_->pattern;
+    J.resize(static_cast<Index>(made_->rows.size()), static_cast<Index>(made_->unknowns.size()));
+    J.setFromTriplets(entries.begin(), entries.end());
+    for (const Entry& entry : made_->jacobian)
+      made_->place.push_back(&J.coeffRef(entry.row, entry.column) - J.valuePtr());
   }
 
   const StartRequest& request_;
@@ -224,18 +237,43 @@ StartSystem::StartSystem(const ModelPtr& m, const StartRequest& r)
       rows(equations_->rows),
       state_count(equations_->state_count),
       first_fix(equations_->first_fix) {
-  std::unordered_map<Expr, double> values = known;
-  for (std::size_t k = 0; k < request.fix.size(); ++k) values[equations_->fixed[k]] = request.fix[k].second;
-  for (Expr leaf : equations_->given) given_.push_back(values.at(leaf));
-  LeafValues anchors;
-  const auto anchor = [&](Expr leaf, double value) { anchors.emplace_back(resolve(model, leaf), value); };
-  const std::unordered_map<Expr, double> sizes(request.sizes.begin(), request.sizes.end());
-  for (const auto& [leaf, value] : request.fix) anchor(leaf, sizes.count(leaf) ? sizes.at(leaf) : value);
-  if (sizes.empty())  // of a run they may be rounding errors
-    for (const auto& [leaf, value] : request.guess) anchor(leaf, value);
-  Magnitudes m_units = magnitudes(rows, first_fix, unknowns, values, anchors);
+  const std::size_t others = equations_->given.size() - equations_->fixed.size();
+  for (std::size_t k = 0; k < others; ++k) given_.push_back(known.at(equations_->given[k]));
+  for (const auto& [leaf, value] : request.fix) given_.push_back(value);
+  guessed_.assign(unknowns.size(), 0);
+  for (const auto& [leaf, value] : request.guess)
+    if (const auto j = position(resolve(model, leaf))) guessed_[*j] = 1;
+  Magnitudes m_units = measure();
   unit = std::move(m_units.unknowns);
   row_unit = std::move(m_units.rows);
+}
+
+Magnitudes StartSystem::measure() const {
+  constexpr std::size_t most = 4, large = 2000;  // patterns that are kept, of systems that are not large
+  SizeEquations::Anchors anchors;
+  const std::unordered_map<Expr, double> given_sizes(request.sizes.begin(), request.sizes.end());
+  for (std::size_t k = 0; k < fixes(); ++k) {
+    const auto j = fixed_unknown(k);
+    const auto& [leaf, value] = request.fix[k];
+    if (!j) continue;
+    const auto own = given_sizes.find(leaf);
+    anchors.emplace_back(*j, own == given_sizes.end() ? value : own->second);
+  }
+  if (given_sizes.empty())  // of a run they may be rounding errors
+    for (const auto& [leaf, value] : request.guess)
+      if (const auto j = position(resolve(model, leaf))) anchors.emplace_back(*j, value);
+  auto& kept = equations_->sizes;
+  for (auto it = kept.begin(); it != kept.end(); ++it)
+    if (auto found = (**it)(given_, anchors)) {
+      std::rotate(kept.begin(), it, it + 1);
+      return std::move(*found);
+    }
+  auto made = std::make_unique<SizeEquations>(rows, first_fix, unknowns, equations_->given, given_);
+  Magnitudes found = *(*made)(given_, anchors);
+  if (rows.size() > large) return found;
+  kept.insert(kept.begin(), std::move(made));
+  kept.resize(std::min(kept.size(), most));
+  return found;
 }
 
 Expr StartSystem::equation(std::size_t row) const {
@@ -249,17 +287,6 @@ std::optional<Index> StartSystem::position(Expr leaf) const {
   return it == equations_->column.end() ? std::nullopt : std::optional(it->second);
 }
 
-std::optional<Index> StartSystem::fixed_unknown(std::size_t k) const {
-  return position(resolve(model, request.fix[k].first));
-}
-
-std::vector<char> StartSystem::guessed() const {
-  std::vector<char> covered(unknowns.size(), 0);
-  for (const auto& [leaf, value] : request.guess)
-    if (const auto j = position(resolve(model, leaf))) covered[*j] = 1;
-  return covered;
-}
-
 std::vector<char> StartSystem::fixed() const {
   std::vector<char> list(unknowns.size(), 0);
   for (std::size_t k = 0; k < fixes(); ++k)
@@ -268,19 +295,36 @@ std::vector<char> StartSystem::fixed() const {
 }
 
 Vec StartSystem::residual(const Vec& w) const {
-  const auto values = (*equations_->values)(leaf_values(w));
+  const auto values = this->values(w);
   return Eigen::Map<const Vec>(values.data(), static_cast<Index>(values.size())).cwiseQuotient(row_unit);
 }
 
 Eigen::SparseMatrix<double> StartSystem::jacobian(const Vec& w) const {
   const auto values = (*equations_->slopes)(leaf_values(w));
-  std::vector<Eigen::Triplet<double>> entries;
+  Eigen::SparseMatrix<double> J = equations_->pattern;
   for (std::size_t k = 0; k < values.size(); ++k) {
     const auto [i, j] = std::pair(equations_->jacobian[k].row, equations_->jacobian[k].column);
-    entries.emplace_back(i, j, values[k] * (unit[j] / row_unit[i]));
+    J.valuePtr()[equations_->place[k]] = values[k] * (unit[j] / row_unit[i]);
   }
-  Eigen::SparseMatrix<double> J(static_cast<Index>(rows.size()), w.size());
-  J.setFromTriplets(entries.begin(), entries.end());
+  return J;
+}
+
+Mat StartSystem::top_jacobian(const Vec& w) const {
+  StartEquations& e = *equations_;
+  if (!e.top_slopes) {
+    e.top = dae::top_jacobian(*low);
+    std::vector<Expr> slopes, leaves = unknowns;
+    for (const Entry& entry : e.top) slopes.push_back(substitute(entry.value, e.inputs));
+    leaves.insert(leaves.end(), e.given.begin(), e.given.end());
+    e.top_slopes.emplace(slopes, leaves);
+  }
+  const auto [value, noise] = evaluate_stable(*e.top_slopes, w, given_, unit);
+  const auto first_row = static_cast<Index>(low->invariants.size()),
+             n = static_cast<Index>(low->variables.size()), first = static_cast<Index>(state_count);
+  Mat J = Mat::Zero(n, n);
+  for (std::size_t k = 0; k < e.top.size(); ++k)
+    if (const auto [i, j] = std::pair(e.top[k].row, e.top[k].column); !noise[k])
+      J(i, j) = value[k] * unit[first + j] / row_unit[first_row + i];
   return J;
 }
 

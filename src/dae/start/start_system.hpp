@@ -16,6 +16,15 @@
 
 namespace pendula::dae {
 
+/// Conditions by how often equations were differentiated for them, then the equations of index 1; an unknown belongs
+/// to the first level that contains it. Where that is often, each level is solved with those below it held, as Pryce
+/// (BIT 41(2), 2001, §3) solves for Taylor coefficients: the ninth derivative has terms of all sizes.
+struct StartLevels {
+  static constexpr int high = 5;        ///< derivatives from which on levels are held
+  int highest = -1;                     ///< of the conditions; the equations are highest + 1
+  std::vector<int> of_row, of_unknown;  ///< rows that are no fixes; unknowns
+};
+
 /// The part of a StartSystem that depends on which values are fixed, not on the values: starts of one kind
 /// share it.
 struct StartEquations {
@@ -25,12 +34,23 @@ struct StartEquations {
   std::vector<Expr> given;  ///< leaves with a value of their own: t, parameters, `fixed`
   std::size_t state_count = 0, first_fix = 0;
   std::unordered_map<Expr, Eigen::Index> column;
+  std::vector<std::optional<Eigen::Index>>
+      fixed_unknown;  ///< by fix; nothing if it is an expression in several
   std::vector<Entry> jacobian;
+  Eigen::SparseMatrix<double> pattern;
+  std::vector<Eigen::Index> place;          ///< of each entry of the Jacobian among the values of the pattern
   std::optional<Evaluator> values, slopes;  ///< of rows and jacobian, in unknowns and `given`
   std::vector<std::string> labels;          ///< of the rows before the fixes
+  bool has_signs = false;                   ///< the equations of the model contain sign()
   Substitution inputs;                      ///< with the derivatives that the rows needed
+
+  // What is made when it is first asked for.
+  std::vector<std::unique_ptr<SizeEquations>> sizes;  ///< the last ones first
+  std::optional<StartLevels> levels;
+  std::vector<Entry> top;  ///< of top_jacobian()
+  std::optional<Evaluator> top_slopes;
 };
-using StartEquationsPtr = std::shared_ptr<const StartEquations>;
+using StartEquationsPtr = std::shared_ptr<StartEquations>;
 
 class StartSystem {
  public:
@@ -57,8 +77,8 @@ class StartSystem {
   std::size_t fixes() const { return rows.size() - first_fix; }
   std::optional<Eigen::Index> position(Expr leaf) const;
   /// The unknown that fix k (guess k) is about; nothing if it is an expression in several.
-  std::optional<Eigen::Index> fixed_unknown(std::size_t k) const;
-  std::vector<char> guessed() const;
+  std::optional<Eigen::Index> fixed_unknown(std::size_t k) const { return equations_->fixed_unknown[k]; }
+  const std::vector<char>& guessed() const { return guessed_; }
   /// Unknowns with a value of their own in fix.
   std::vector<char> fixed() const;
 
@@ -67,13 +87,19 @@ class StartSystem {
   /// ∂(r_i/σ_i)/∂(w_j/s_j).
   Eigen::SparseMatrix<double> jacobian(const Vec& w) const;
   std::unordered_map<Expr, double> point(const Vec& w) const;
-  /// e with the expressions that were given for inputs.
-  Expr with_inputs(Expr e) const { return substitute(e, equations_->inputs); }
+  /// The rows themselves, without units.
+  std::vector<double> values(const Vec& w) const { return (*equations_->values)(leaf_values(w)); }
+  bool has_signs() const { return equations_->has_signs; }
+  /// ∂F/∂(top derivatives, algebraic variables) of the equations of index 1, scaled; 0 where it is cancellation.
+  Mat top_jacobian(const Vec& w) const;
 
  private:
+  friend const StartLevels& levels_of(const StartSystem& s);
   std::vector<double> leaf_values(const Vec& w) const;
+  Magnitudes measure() const;
 
   std::vector<double> given_;  ///< values
+  std::vector<char> guessed_;
 };
 
 /// Which rows take part, and which unknowns are held where they are; empty: all, none.
@@ -81,15 +107,7 @@ struct Selection {
   std::vector<char> rows, held;
 };
 
-/// Conditions by how often equations were differentiated for them, then the equations of index 1; an unknown belongs
-/// to the first level that contains it. Where that is often, each level is solved with those below it held, as Pryce
-/// (BIT 41(2), 2001, §3) solves for Taylor coefficients: the ninth derivative has terms of all sizes.
-struct StartLevels {
-  static constexpr int high = 5;        ///< derivatives from which on levels are held
-  int highest = -1;                     ///< of the conditions; the equations are highest + 1
-  std::vector<int> of_row, of_unknown;  ///< rows that are no fixes; unknowns
-};
-StartLevels levels_of(const StartSystem& s);
+const StartLevels& levels_of(const StartSystem& s);
 
 struct StartSolution {
   Vec w;

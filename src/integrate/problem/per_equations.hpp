@@ -1,6 +1,7 @@
 // What follows from the equations of a problem, remembered for its copies and for the runs of one model.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <utility>
 
@@ -25,5 +26,15 @@ class PerEquations {
                                each = 1000;  // in equations; beside them, an entry counts as more
   LruCache<std::shared_ptr<const dae::FirstOrder>, Value> known_{size};
 };
+
+/// F has numeric inputs or contains t.
+inline bool contains_time(const Problem& problem) {
+  if (!problem.model().u.empty()) return true;
+  static PerEquations<char> known;
+  return known.of(problem, [&] {
+    const std::vector<Expr> all = leaves(problem.model().F);
+    return static_cast<char>(std::find(all.begin(), all.end(), time_symbol()) != all.end());
+  }) != 0;
+}
 
 }  // namespace pendula::integrate

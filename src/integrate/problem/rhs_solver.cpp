@@ -7,6 +7,7 @@
 #include <cmath>
 #include <unordered_set>
 #include "dae/model/first_order.hpp"
+#include "integrate/problem/per_equations.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -26,32 +27,42 @@ bool all_finite(const double* x, int n) {
 
 }  // namespace
 
+RhsSolver::Layout RhsSolver::layout_of(const Problem& problem) {
+  const dae::FirstOrder& model = problem.model();
+  std::unordered_set<Expr> unknown(model.xdot.begin(), model.xdot.end());
+  unknown.insert(model.z.begin(), model.z.end());
+  const std::unordered_set<Expr> fixed(model.p.begin(), model.p.end());
+  Layout layout;
+  std::vector<Expr> partials;
+  for (std::size_t k = 0; k < problem.pattern().size(); ++k) {
+    const Problem::Entry e = problem.pattern()[k];
+    if (e.column < problem.n()) continue;
+    layout.positions.push_back({e.row, e.column - problem.n()});
+    partials.push_back(problem.partials()[k]);
+  }
+  for (Expr leaf : leaves(partials)) {
+    layout.linear = layout.linear && !unknown.count(leaf);
+    layout.constant = layout.constant && (fixed.count(leaf) || symbol_of(leaf).kind == Kind::constant);
+  }
+  layout.values = codegen::Kernel(partials, problem.arguments());
+  return layout;
+}
+
 RhsSolver::RhsSolver(ProblemPtr problem, Stats& stats)
     : problem_(std::move(problem)), stats_(stats), ode_(problem_->is_ode()) {
   if (ode_) return;
-  const dae::FirstOrder& model = problem_->model();
-  std::vector<Expr> unknowns = model.xdot;
-  unknowns.insert(unknowns.end(), model.z.begin(), model.z.end());
-  const std::unordered_set<Expr> unknown(unknowns.begin(), unknowns.end());
-  const std::unordered_set<Expr> fixed(model.p.begin(), model.p.end());
-  std::vector<Expr> partials;
-  for (std::size_t k = 0; k < problem_->pattern().size(); ++k) {
-    const Problem::Entry e = problem_->pattern()[k];
-    if (e.column < problem_->n()) continue;
-    positions_.push_back({e.row, e.column - problem_->n()});
-    partials.push_back(problem_->partials()[k]);
-  }
-  for (Expr leaf : leaves(partials)) {
-    linear_ = linear_ && !unknown.count(leaf);
-    constant_ = constant_ && (fixed.count(leaf) || symbol_of(leaf).kind == Kind::constant);
-  }
-  jacobian_ = codegen::Kernel(partials, problem_->arguments());
-  entries_.resize(partials.size());
-  r_.resize(unknowns.size());
-  changed_.resize(unknowns.size());
-  rounding_.resize(unknowns.size());
-  values_.resize(unknowns.size() + model.x.size());
-  solver_.analyse(static_cast<int>(unknowns.size()), positions_);
+  static PerEquations<Layout> known;
+  const Layout& layout = known.of(*problem_, [&] { return layout_of(*problem_); });
+  linear_ = layout.linear;
+  constant_ = layout.constant;
+  jacobian_ = layout.values;
+  const auto unknowns = static_cast<std::size_t>(problem_->n() + problem_->m());
+  entries_.resize(layout.positions.size());
+  r_.resize(unknowns);
+  changed_.resize(unknowns);
+  rounding_.resize(unknowns);
+  values_.resize(unknowns + static_cast<std::size_t>(problem_->n()));
+  solver_.analyse(static_cast<int>(unknowns), layout.positions);
 }
 
 bool RhsSolver::assemble() {

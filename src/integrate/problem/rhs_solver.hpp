@@ -33,6 +33,13 @@ class RhsSolver {
   bool is_regular() const { return ode_ || solver_.weakest_pivot() > 1e-12; }
 
  private:
+  /// Of ∂F/∂(x′, z).
+  struct Layout {
+    std::vector<Position> positions;
+    codegen::Kernel values;
+    bool linear = true, constant = true;
+  };
+  static Layout layout_of(const Problem& problem);
   bool assemble();
   bool solve(double t, const double* x, double* xdot, double* z, bool near);
   bool newton(double* xdot, double* z, bool near);
@@ -42,7 +49,6 @@ class RhsSolver {
   ProblemPtr problem_;
   Stats& stats_;
   codegen::Kernel jacobian_;
-  std::vector<Position> positions_;
   std::vector<double> entries_, r_, changed_, rounding_, values_;
   std::vector<double> begin_;  ///< x′ and z that a search begins with
   LinearSolver<double> solver_;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 
+#include "integrate/problem/per_equations.hpp"
 #include "integrate/problem/rhs_solver.hpp"
 #include "integrate/run/step_work.hpp"
 #include "integrate/step/bdf_stepper.hpp"
@@ -188,12 +189,6 @@ static double tightest(const Plan& plan) {
 
 static bool has_high_index(const Plan& plan) {
   return std::any_of(plan.variable_index.begin(), plan.variable_index.end(), [](int i) { return i > 1; });
-}
-
-static bool contains_time(const Problem& problem) {
-  if (!problem.model().u.empty()) return true;
-  const std::vector<Expr> all = leaves(problem.model().F);
-  return std::find(all.begin(), all.end(), time_symbol()) != all.end();
 }
 
 /// Of large sparse models the factorisations cost most: a Rosenbrock method takes one real matrix per step,

@@ -11,6 +11,7 @@
 #include "expr/print/print.hpp"
 #include "integrate/event/pulses.hpp"
 #include "integrate/event/resets.hpp"
+#include "integrate/problem/per_equations.hpp"
 #include "integrate/run/methods.hpp"
 #include "integrate/simulation/preparation.hpp"
 
@@ -247,6 +248,7 @@ static void add_events(Plan& plan, const dae::ModelPtr& model, const Simulation&
 
 /// Steps end inside short pulses of functions of time.
 static void add_pulses(Plan& plan, const Problem& problem) {
+  if (!contains_time(problem)) return;
   const dae::FirstOrder& form = problem.model();
   const std::span<const double> values(problem.values());
   const std::vector<double> pulses =

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "expr/graph/graph.hpp"
+#include "integrate/problem/per_equations.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -19,8 +20,8 @@ double size_of(const Vec& v, const Vec& values, const Tolerances& tolerances) {
 }  // namespace
 
 Standstill::Standstill(const Problem& problem, const Tolerances& tolerances, const std::vector<Event>& events)
-    : autonomous_(problem.model().u.empty()), tolerances_(tolerances), largest_(Vec::Zero(problem.n())) {
-  std::vector<Expr> all = problem.model().F;
+    : autonomous_(!contains_time(problem)), tolerances_(tolerances), largest_(Vec::Zero(problem.n())) {
+  std::vector<Expr> all;
   for (const Event& event : events) all.push_back(event.when);
   for (Expr leaf : leaves(all)) autonomous_ = autonomous_ && leaf != time_symbol();
 }

@@ -6,11 +6,12 @@
 #include <unordered_set>
 
 #include "base/epsilon.hpp"
+#include "integrate/problem/per_equations.hpp"
 #include "integrate/solve/tolerances.hpp"
 
 namespace pendula::integrate {
 
-IncrementCheck::IncrementCheck(const Problem& problem) {
+IncrementCheck::Layout IncrementCheck::layout_of(const Problem& problem) {
   const int n = problem.n();
   const auto& p = problem.model().p;
   const std::unordered_set<Expr> parameters(p.begin(), p.end());
@@ -32,9 +33,18 @@ IncrementCheck::IncrementCheck(const Problem& problem) {
     varies[e.row] = 1;
     if (mass) suits[e.row] = 0;
   }
+  Layout layout;
   for (std::size_t r = 0; r < rows.size(); ++r)
     if (rows[r].mass.empty() ? varies[r] : suits[r])
-      (rows[r].mass.empty() ? algebraic_ : rows_).push_back(std::move(rows[r]));
+      (rows[r].mass.empty() ? layout.algebraic : layout.rows).push_back(std::move(rows[r]));
+  return layout;
+}
+
+IncrementCheck::IncrementCheck(const Problem& problem) {
+  static PerEquations<std::shared_ptr<const Layout>> known;
+  layout_ = known.of(problem, [&] { return std::make_shared<const Layout>(layout_of(problem)); });
+  rows_ = layout_->rows;
+  algebraic_ = layout_->algebraic;
   slopes_.resize(rows_.size());
   values_.resize(rows_.size());
   residuals_.resize(rows_.size() + algebraic_.size());

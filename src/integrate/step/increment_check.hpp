@@ -8,6 +8,7 @@
 // docs/derivations.md#step-checks
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -71,8 +72,14 @@ class IncrementCheck {
   static double rounding_of(const Row& row, const double* y, std::span<const double> entries);
   static double least_change(const Row& row, std::span<const double> scale, std::span<const double> entries);
 
-  std::vector<Row> rows_;
-  std::vector<Row> algebraic_;                       ///< rows without x′ whose Jacobian varies
+  struct Layout {
+    std::vector<Row> rows;
+    std::vector<Row> algebraic;  ///< rows without x′ whose Jacobian varies
+  };
+  static Layout layout_of(const Problem& problem);
+
+  std::shared_ptr<const Layout> layout_;
+  std::span<const Row> rows_, algebraic_;            ///< of the layout
   std::vector<double> slopes_, values_, residuals_;  ///< largest of |M x′|, |f| and |F| so far, row by row
   std::vector<double> first_,
       harmless_;         ///< |F| of algebraic_: of the first iteration; known by set_harmless()

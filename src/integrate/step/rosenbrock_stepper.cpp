@@ -8,12 +8,41 @@
 #include "base/text.hpp"
 #include "dae/model/first_order.hpp"
 #include "expr/graph/derivative.hpp"
+#include "integrate/problem/per_equations.hpp"
 
 namespace pendula::integrate {
 namespace {
 
 /// Unknowns: beyond, the equations dominate, and choosing pivots takes long.
 constexpr int largest_coded = 60;
+
+/// ∂F/∂t.
+struct TimeSlopes {
+  codegen::Kernel kernel;
+  bool any;  ///< some are not 0, or are not known
+};
+
+TimeSlopes time_slopes(const Problem& problem) {
+  const dae::FirstOrder& model = problem.model();
+  std::vector<Expr> slopes;
+  for (Expr e : model.F) slopes.push_back(partial(e, time_symbol()));
+  const bool any =
+      !model.u.empty() || std::any_of(slopes.begin(), slopes.end(), [](Expr e) { return !e.is_zero(); });
+  return {codegen::Kernel(slopes, problem.arguments()), any};
+}
+
+/// The first row in which a factor of x′ is neither a number nor one of parameters; -1.
+int row_without_constant_mass(const Problem& problem) {
+  const int n = problem.n();
+  const std::unordered_set<Expr> fixed(problem.model().p.begin(), problem.model().p.end());
+  for (std::size_t k = 0; k < problem.pattern().size(); ++k) {
+    const Problem::Entry e = problem.pattern()[k];
+    if (e.column < n || e.column >= 2 * n) continue;
+    for (Expr leaf : leaves({&problem.partials()[k], 1}))
+      if (!fixed.count(leaf) && symbol_of(leaf).kind != Kind::constant) return e.row;
+  }
+  return -1;
+}
 
 }  // namespace
 
@@ -39,12 +68,10 @@ RosenbrockStepper::RosenbrockStepper(ProblemPtr problem, RosenbrockPtr method, T
   }
   matrix_.resize(positions_.size());
   solver_.analyse(N_, positions_);
-  const dae::FirstOrder& model = problem_->model();
-  std::vector<Expr> slopes;
-  for (Expr e : model.F) slopes.push_back(partial(e, time_symbol()));
-  depends_on_time_ =
-      !model.u.empty() || std::any_of(slopes.begin(), slopes.end(), [](Expr e) { return !e.is_zero(); });
-  time_kernel_ = codegen::Kernel(slopes, problem_->arguments());
+  static PerEquations<TimeSlopes> known;
+  const TimeSlopes& slopes = known.of(*problem_, [&] { return time_slopes(*problem_); });
+  depends_on_time_ = slopes.any;
+  time_kernel_ = slopes.kernel;
   const auto size = static_cast<std::size_t>(N_);
   for (auto* v : {&y_, &Ft_, &R_, &scaled_, &at_end_.undamped, &at_end_.weights, &at_end_.bounds})
     v->assign(size, 0.0);
@@ -54,16 +81,11 @@ RosenbrockStepper::RosenbrockStepper(ProblemPtr problem, RosenbrockPtr method, T
 }
 
 void RosenbrockStepper::require_constant_mass() const {
-  const dae::FirstOrder& model = problem_->model();
-  const std::unordered_set<Expr> fixed(model.p.begin(), model.p.end());
-  for (std::size_t k = 0; k < problem_->pattern().size(); ++k) {
-    const Problem::Entry e = problem_->pattern()[k];
-    if (e.column < n() || e.column >= 2 * n()) continue;
-    for (Expr leaf : leaves({&problem_->partials()[k], 1}))
-      if (!fixed.count(leaf) && symbol_of(leaf).kind != Kind::constant)
-        throw Error(text("the method ", method_->name(), " needs M x′ = f with a constant M, but ",
-                         problem_->equation_name(e.row), " is not of this form; use method = \"radau\""));
-  }
+  static PerEquations<int> known;
+  const int row = known.of(*problem_, [&] { return row_without_constant_mass(*problem_); });
+  if (row >= 0)
+    throw Error(text("the method ", method_->name(), " needs M x′ = f with a constant M, but ",
+                     problem_->equation_name(row), " is not of this form; use method = \"radau\""));
 }
 
 void RosenbrockStepper::start(const Point& point, double end) {

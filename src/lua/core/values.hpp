@@ -94,8 +94,9 @@ std::vector<Expr> to_leaves(lua_State* L, int index, const std::string& what, st
 
 struct SymbolEntry {
   std::vector<Expr> leaves;  ///< one, or all components of a column
-  std::string key;           ///< as the user wrote it, for messages
+  std::string name;          ///< as the user wrote it; "" where that was no string
   int value;                 ///< absolute stack index while the callback runs
+  std::string key() const;   ///< as the user wrote it, for messages
 };
 /// Visits { [x] = …, q = {…}, ["x"] = … } sorted by first leaf. The same leaf twice (in both spellings too)
 /// is an error.

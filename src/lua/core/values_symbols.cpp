@@ -147,11 +147,6 @@ std::vector<Expr> leaves_of_list(lua_State* L, int list, const std::string& what
   return all;
 }
 
-std::string shown_key(lua_State* L, int key, const std::vector<Expr>& leaves) {
-  if (lua_type(L, key) == LUA_TSTRING) return lua_tostring(L, key);
-  return leaves.size() == 1 ? leaf_name(leaves[0]) : vector_to_text(column(leaves));
-}
-
 void refuse_key(lua_State* L, int key, const std::string& what) {
   if (lua_type(L, key) == LUA_TSTRING || lua_type(L, key) == LUA_TUSERDATA) return;
   throw Error(text(what, " must be keyed by symbols or names, { [x] = 1 } or { x = 1 }, but it has the key [",
@@ -164,9 +159,9 @@ void refuse_repetition(std::vector<SymbolEntry>& entries, const std::string& wha
     for (Expr leaf : entry.leaves)
       if (const auto [it, fresh] = seen.emplace(leaf, &entry); !fresh)
         throw Error(text(what, " gives '", leaf_name(leaf), "' twice: ",
-                         it->second->key == entry.key
+                         it->second->key() == entry.key()
                              ? "by the symbol and by its name"
-                             : text("with '", it->second->key, "' and with '", entry.key, "'")));
+                             : text("with '", it->second->key(), "' and with '", entry.key(), "'")));
 }
 
 [[noreturn]] void not_an_equation(lua_State* L, int index, const std::string& what) {
@@ -232,8 +227,9 @@ void each_symbol_entry(lua_State* L, int table, const std::string& what, std::sp
     const int key = lua_gettop(L) - 1;
     refuse_key(L, key, what);
     const std::string where = lua_type(L, key) == LUA_TSTRING ? what : "a key of " + what;
-    SymbolEntry entry{to_leaves(L, key, where, known), "", static_cast<int>(found.size()) + 1};
-    entry.key = shown_key(L, key, entry.leaves);
+    SymbolEntry entry{to_leaves(L, key, where, known),
+                      lua_type(L, key) == LUA_TSTRING ? lua_tostring(L, key) : "",
+                      static_cast<int>(found.size()) + 1};
     if (entry.leaves.empty()) throw Error(text(what, " has an empty column as a key"));
     lua_rawseti(L, values, entry.value);  // pops the value
     found.push_back(std::move(entry));
@@ -241,8 +237,11 @@ void each_symbol_entry(lua_State* L, int table, const std::string& what, std::sp
   // By leaf, then by key: equal first leaves are an error, whose text must
   // not depend on the hash order either.
   std::sort(found.begin(), found.end(), [](const SymbolEntry& a, const SymbolEntry& b) {
-    return std::tuple(declaration_of(a.leaves[0]), symbol_of(a.leaves[0]).order, a.key) <
-           std::tuple(declaration_of(b.leaves[0]), symbol_of(b.leaves[0]).order, b.key);
+    const auto place_of = [](const SymbolEntry& e) {
+      return std::pair(declaration_of(e.leaves[0]), symbol_of(e.leaves[0]).order);
+    };
+    const auto first = place_of(a), second = place_of(b);
+    return first != second ? first < second : a.key() < b.key();
   });
   refuse_repetition(found, what);
   for (SymbolEntry& entry : found) {
@@ -254,11 +253,42 @@ void each_symbol_entry(lua_State* L, int table, const std::string& what, std::sp
   lua_settop(L, values - 1);
 }
 
+std::string SymbolEntry::key() const {
+  if (!name.empty()) return name;
+  return leaves.size() == 1 ? leaf_name(leaves[0]) : vector_to_text(column(leaves));
+}
+
+/// A number, or a list of as many numbers as there are leaves. False: it is something else.
+static bool add_plain_numbers(lua_State* L, const SymbolEntry& entry,
+                              std::vector<std::pair<Expr, double>>& numbers) {
+  const std::size_t size = entry.leaves.size();
+  if (size == 1 && lua_type(L, entry.value) == LUA_TNUMBER) {
+    numbers.emplace_back(entry.leaves[0], lua_tonumber(L, entry.value));
+    return true;
+  }
+  if (size == 1 || !lua_istable(L, entry.value) || lua_rawlen(L, entry.value) != size) return false;
+  std::size_t all = 0;
+  for (lua_pushnil(L); lua_next(L, entry.value) != 0; lua_pop(L, 1)) ++all;
+  if (all != size) return false;
+  const std::size_t before = numbers.size();
+  for (std::size_t i = 0; i < size; ++i) {
+    lua_rawgeti(L, entry.value, static_cast<lua_Integer>(i) + 1);
+    const bool plain = lua_type(L, -1) == LUA_TNUMBER;
+    if (plain) numbers.emplace_back(entry.leaves[i], lua_tonumber(L, -1));
+    lua_pop(L, 1);
+    if (plain) continue;
+    numbers.resize(before, {Expr(0), 0});
+    return false;
+  }
+  return true;
+}
+
 std::vector<std::pair<Expr, double>> to_symbol_numbers(lua_State* L, int table, const std::string& what,
                                                        std::span<const Expr> known) {
   std::vector<std::pair<Expr, double>> numbers;
   each_symbol_entry(L, table, what, known, [&](const SymbolEntry& entry) {
-    const std::string where = text(what, ": the value of '", entry.key, "'");
+    if (add_plain_numbers(L, entry, numbers)) return;
+    const std::string where = text(what, ": the value of '", entry.key(), "'");
     if (entry.leaves.size() == 1 && !lua_istable(L, entry.value) && !object<Matrix>(L, entry.value)) {
       numbers.emplace_back(entry.leaves[0], to_number(L, entry.value, where));
       return;
@@ -266,7 +296,7 @@ std::vector<std::pair<Expr, double>> to_symbol_numbers(lua_State* L, int table, 
     const Vec values = to_numbers(L, entry.value, where);
     if (values.size() != static_cast<Eigen::Index>(entry.leaves.size()))
       throw Error(text(where, " has ", values.size(), values.size() == 1 ? " entry" : " entries", ", but '",
-                       entry.key, "' has ", entry.leaves.size(),
+                       entry.key(), "' has ", entry.leaves.size(),
                        values.size() == 1 ? text("; one value for all is ", shortest(values[0]), "*ones(",
                                                  entry.leaves.size(), ", 1)")
                                           : ""));

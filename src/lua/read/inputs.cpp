@@ -141,13 +141,13 @@ void give(const std::vector<Expr>& leaves_given, const MatX& value, const std::s
 
 void give_samples(const SymbolEntry& entry, const SampleTable& table, Inputs& out) {
   if (table.values.cols() != static_cast<Eigen::Index>(entry.leaves.size()))
-    throw Error(text("input '", entry.key, "' has ", entry.leaves.size(), " components, its samples have ",
+    throw Error(text("input '", entry.key(), "' has ", entry.leaves.size(), " components, its samples have ",
                      table.values.cols()));
   const std::vector<double> t(table.t.begin(), table.t.end());
   for (std::size_t i = 0; i < entry.leaves.size(); ++i) {
     const Vec column = table.values.col(static_cast<Eigen::Index>(i));
     const auto signal = std::make_shared<integrate::Samples>(
-        t, std::vector<double>(column.begin(), column.end()), table.hold, entry.key);
+        t, std::vector<double>(column.begin(), column.end()), table.hold, entry.key());
     out.numeric.push_back({entry.leaves[i], [signal](double at) { return (*signal)(at); }, false});
     if (table.hold == integrate::Samples::Hold::linear)
       out.numeric.push_back(
@@ -169,17 +169,17 @@ Inputs read_inputs(const Options& options, const dae::Model& model, lua_State* L
   each_symbol_entry(L, table, "inputs", known, [&](const SymbolEntry& entry) {
     for (Expr leaf : entry.leaves)
       if (std::find(model.inputs.begin(), model.inputs.end(), symbol_of(leaf).base) == model.inputs.end())
-        throw Error(text("'", entry.key, "' is not an input of this model"));
-    if (const auto data = samples(L, entry.value, entry.leaves.size(), "input " + entry.key))
+        throw Error(text("'", entry.key(), "' is not an input of this model"));
+    if (const auto data = samples(L, entry.value, entry.leaves.size(), "input " + entry.key()))
       return give_samples(entry, *data, inputs);
     if (!lua_isfunction(L, entry.value))
-      return give(entry.leaves, to_matrix(L, entry.value, "input " + entry.key), entry.key,
+      return give(entry.leaves, to_matrix(L, entry.value, "input " + entry.key()), entry.key(),
                   inputs.expressions);
-    if (const auto e = traced(L, entry.value, "input " + entry.key))
-      return give(entry.leaves, *e, entry.key, inputs.expressions);
+    if (const auto e = traced(L, entry.value, "input " + entry.key()))
+      return give(entry.leaves, *e, entry.key(), inputs.expressions);
     const auto f = std::make_shared<FunctionReference>(L, entry.value);
     for (std::size_t i = 0; i < entry.leaves.size(); ++i)
-      inputs.numeric.push_back({entry.leaves[i], numeric(f, static_cast<Eigen::Index>(i), entry.key)});
+      inputs.numeric.push_back({entry.leaves[i], numeric(f, static_cast<Eigen::Index>(i), entry.key())});
   });
   lua_pop(L, 1);
   // Reduction differentiates further than the model as written: every order that can occur is prepared.
@@ -226,15 +226,20 @@ dae::ParameterValues read_parameters(lua_State* L, int index, const dae::Model& 
   for (Expr p : others)
     if (std::find(known.begin(), known.end(), p) == known.end()) known.push_back(p);
   each_symbol_entry(L, index, what, known, [&](const SymbolEntry& entry) {
-    const MatX value = to_matrix(L, entry.value, what + "." + entry.key);
+    const bool plain = lua_type(L, entry.value) == LUA_TNUMBER && std::isfinite(lua_tonumber(L, entry.value));
+    const MatX value = to_matrix(L, entry.value, plain ? what : what + "." + entry.key());
     if (value.size() != static_cast<Eigen::Index>(entry.leaves.size()))
-      throw Error(text(what, ": '", entry.key, "' has ", entry.leaves.size(), " components, its value has ",
+      throw Error(text(what, ": '", entry.key(), "' has ", entry.leaves.size(), " components, its value has ",
                        value.size()));
     for (std::size_t i = 0; i < entry.leaves.size(); ++i) {
       const Expr e = value.data()[i];
+      if (e.is_constant()) {
+        values[entry.leaves[i]] = e;
+        continue;
+      }
       for (Expr leaf : leaves({&e, 1}))
         if (symbol_of(leaf).kind != Kind::constant)
-          throw Error(text(what, ": '", entry.key, "' must be a number, got ", to_text(e)));
+          throw Error(text(what, ": '", entry.key(), "' must be a number, got ", to_text(e)));
       values[entry.leaves[i]] = e;
     }
   });

@@ -211,13 +211,13 @@ void read_x0(Call& call, const ModelPencil& p, dae::SolutionRequest& request) {
   }
   const auto known = known_leaves(*p.model);
   each_symbol_entry(L, 2, "x0", known, [&](const SymbolEntry& entry) {
-    const std::string what = "x0." + entry.key;
+    const std::string what = "x0." + entry.key();
     const VecX values = entry.leaves.size() == 1 && is_expression(L, entry.value)
                             ? VecX(VecX::Constant(1, to_expr(L, entry.value, what)))
                             : to_column(L, entry.value, what);
     if (values.size() != static_cast<Eigen::Index>(entry.leaves.size()))
       throw Error(
-          text(what, " has ", values.size(), " entries, '", entry.key, "' has ", entry.leaves.size()));
+          text(what, " has ", values.size(), " entries, '", entry.key(), "' has ", entry.leaves.size()));
     for (std::size_t i = 0; i < entry.leaves.size(); ++i)
       request.x0.emplace_back(entry.leaves[i], constant_entry(values[static_cast<Eigen::Index>(i)], what));
   });

@@ -14,9 +14,9 @@ std::vector<std::pair<Expr, Expr>> read_reset(lua_State* L, int index, std::span
   std::vector<std::pair<Expr, Expr>> result;
   if (!lua_istable(L, index)) throw Error(text(what, " must be a table such as { [v] = -0.9*v }"));
   each_symbol_entry(L, index, what, known, [&](const SymbolEntry& entry) {
-    const MatX value = to_matrix(L, entry.value, what + "." + entry.key);
+    const MatX value = to_matrix(L, entry.value, what + "." + entry.key());
     if (value.size() != static_cast<Eigen::Index>(entry.leaves.size()))
-      throw Error(text(what, ": '", entry.key, "' has ", entry.leaves.size(), " components, its value has ",
+      throw Error(text(what, ": '", entry.key(), "' has ", entry.leaves.size(), " components, its value has ",
                        value.size()));
     for (std::size_t i = 0; i < entry.leaves.size(); ++i)
       result.emplace_back(entry.leaves[i], value.data()[i]);

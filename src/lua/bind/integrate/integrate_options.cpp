@@ -152,10 +152,10 @@ integrate::ToleranceRequest read_tolerance(Call& call, const Options& options, c
       const Vec value =
           lua_isnumber(L, entry.value)
               ? Vec::Constant(static_cast<Eigen::Index>(entry.leaves.size()), lua_tonumber(L, entry.value))
-              : to_numbers(L, entry.value, std::string(key) + "." + entry.key);
+              : to_numbers(L, entry.value, std::string(key) + "." + entry.key());
       if (value.size() != static_cast<Eigen::Index>(entry.leaves.size()))
-        throw Error(text(key, ": '", entry.key, "' has ", entry.leaves.size(), " components, its value has ",
-                         value.size()));
+        throw Error(text(key, ": '", entry.key(), "' has ", entry.leaves.size(),
+                         " components, its value has ", value.size()));
       for (std::size_t i = 0; i < entry.leaves.size(); ++i)
         request.some.emplace_back(entry.leaves[i], value[static_cast<Eigen::Index>(i)]);
     });

@@ -216,10 +216,10 @@ int basins(Call& call) {
     each_symbol_entry(L, ranges, "basins", k.x, [&](const SymbolEntry& entry) {
       const auto j =
           static_cast<std::size_t>(std::find(k.x.begin(), k.x.end(), entry.leaves[0]) - k.x.begin());
-      const Vec ends = to_numbers(L, entry.value, "the range of " + entry.key);
+      const Vec ends = to_numbers(L, entry.value, "the range of " + entry.key());
       if (j > 1 || ends.size() != 2 || !(ends[0] < ends[1]) || !ends.allFinite())
         throw Error(
-            text("the range of ", entry.key, " must be { low, high } of an unknown, with low < high"));
+            text("the range of ", entry.key(), " must be { low, high } of an unknown, with low < high"));
       range[j] = {ends[0], ends[1]};
     });
   }

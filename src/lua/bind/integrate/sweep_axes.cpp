@@ -61,12 +61,12 @@ bool AxisReader::sort_drawn(const SymbolEntry& entry, const std::string& what, b
   if (joint) {
     column.joint = std::static_pointer_cast<const random::JointNormal>(*joint);
     if (column.joint->size() != static_cast<int>(entry.leaves.size()))
-      throw Error(text(what, ".", entry.key, " has ", entry.leaves.size(),
+      throw Error(text(what, ".", entry.key(), " has ", entry.leaves.size(),
                        " components, its distribution has ", column.joint->size()));
   } else if (!column.drawn()) {
     return false;
   } else if (entry.leaves.size() != 1) {
-    throw Error(text(what, ".", entry.key, " has ", entry.leaves.size(),
+    throw Error(text(what, ".", entry.key(), " has ", entry.leaves.size(),
                      " components; give each a distribution, or all of them normal({…}, covariance)"));
   }
   for (Expr leaf : entry.leaves) {
@@ -82,21 +82,21 @@ void AxisReader::sort(const SymbolEntry& entry, const std::string& what, bool pa
   if (sort_drawn(entry, what, parameter)) return;
   const bool list = lua_istable(L_, entry.value) || object_at(L_, entry.value, TypeName<Matrix>::value);
   if (list && entry.leaves.size() == 1) {
-    const Mat m = to_numeric_matrix(L_, entry.value, what + "." + entry.key);
-    if (m.size() == 0) throw Error(text(what, ".", entry.key, " is an empty list"));
+    const Mat m = to_numeric_matrix(L_, entry.value, what + "." + entry.key());
+    if (m.size() == 0) throw Error(text(what, ".", entry.key(), " is an empty list"));
     if (m.rows() > 1 && m.cols() > 1)
-      throw Error(text(what, ".", entry.key, " must be a list of numbers, not a ", m.rows(), "×", m.cols(),
+      throw Error(text(what, ".", entry.key(), " must be a list of numbers, not a ", m.rows(), "×", m.cols(),
                        " matrix"));
     for (double v : m.reshaped())
-      if (!std::isfinite(v)) throw Error(text(what, ".", entry.key, " contains ", shortest(v)));
+      if (!std::isfinite(v)) throw Error(text(what, ".", entry.key(), " contains ", shortest(v)));
     random::Column column;
     column.list.assign(m.data(), m.data() + m.size());
     add(entry.leaves[0], parameter, std::move(column));
     return;
   }
-  const MatX value = to_matrix(L_, entry.value, what + "." + entry.key);
+  const MatX value = to_matrix(L_, entry.value, what + "." + entry.key());
   if (value.size() != static_cast<Eigen::Index>(entry.leaves.size()))
-    throw Error(text(what, ": '", entry.key, "' has ", entry.leaves.size(), " components, its value has ",
+    throw Error(text(what, ": '", entry.key(), "' has ", entry.leaves.size(), " components, its value has ",
                      value.size(), "; sweep over single components, { ", leaf_name(entry.leaves[0]),
                      " = {…} }"));
   lua_rawgeti(L_, LUA_REGISTRYINDEX, fixed);

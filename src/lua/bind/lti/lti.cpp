@@ -65,8 +65,8 @@ int with(Call& call) {
     if (symbol_of(leaf).kind == Kind::parameter) known.push_back(leaf);
   Substitution values;
   each_symbol_entry(call.L, 2, "with", known, [&](const SymbolEntry& e) {
-    if (e.leaves.size() != 1) throw Error(text("with.", e.key, " must name one parameter"));
-    values[e.leaves[0]] = to_expr(call.L, e.value, "with." + e.key);
+    if (e.leaves.size() != 1) throw Error(text("with.", e.key(), " must name one parameter"));
+    values[e.leaves[0]] = to_expr(call.L, e.value, "with." + e.key());
   });
   for (const auto& [leaf, v] : values)
     if (std::find(known.begin(), known.end(), leaf) == known.end())

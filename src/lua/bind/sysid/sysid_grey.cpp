@@ -109,12 +109,12 @@ void read_bounds(Call& call, const Options& o, GreyBoxRequest& r) {
   r.bounds = {Vec::Constant(n, -infinity), Vec::Constant(n, infinity)};
   const std::vector<Expr> known = everything(*r.model);
   each_symbol_entry(call.L, o.push("bounds"), "bounds", known, [&](const SymbolEntry& entry) {
-    const Vec range = to_numbers(call.L, entry.value, "bounds of " + entry.key);
+    const Vec range = to_numbers(call.L, entry.value, "bounds of " + entry.key());
     if (range.size() != 2 || !(range[0] <= range[1]))
-      throw Error(text("bounds: ", entry.key, " needs { least, largest }"));
+      throw Error(text("bounds: ", entry.key(), " needs { least, largest }"));
     for (const Expr leaf : entry.leaves) {
       const auto found = std::find(r.parameters.begin(), r.parameters.end(), leaf);
-      if (found == r.parameters.end()) throw Error(text("bounds: ", entry.key, " is not among params"));
+      if (found == r.parameters.end()) throw Error(text("bounds: ", entry.key(), " is not among params"));
       r.bounds.lower[found - r.parameters.begin()] = range[0];
       r.bounds.upper[found - r.parameters.begin()] = range[1];
     }
