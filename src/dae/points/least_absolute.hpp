@@ -79,9 +79,13 @@ class LeastAbsolute {
     N_.selfadjointView<Eigen::Upper>() =
         lower.selfadjointView<Eigen::Lower>().twistedBy(factors_.permutationP());
     std::vector<std::size_t> moved(static_cast<std::size_t>(N_.nonZeros()));
-    for (std::size_t k = 0; k < moved.size(); ++k) moved[static_cast<std::size_t>(N_.valuePtr()[k])] = k;
+    for (std::size_t k = 0; k < moved.size(); ++k) {
+      const auto before = static_cast<std::size_t>(N_.valuePtr()[k]);
+      moved[before] = k;
+    }
     const auto place_of = [&](Index i, Index j) {
-      return moved[static_cast<std::size_t>(&lower.coeffRef(i, j) - lower.valuePtr())];
+      const std::ptrdiff_t before = &lower.coeffRef(i, j) - lower.valuePtr();
+      return moved[before];
     };
     for (Index j = 0; j < n_; ++j) diagonal_.push_back(place_of(j, j));
     for (std::size_t row = 0; row < end_.size(); ++row)

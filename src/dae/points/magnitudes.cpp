@@ -74,7 +74,7 @@ using Form = SizeEquations::Parts::Form;
 using Terms = SizeEquations::Parts::Terms;
 using Size = std::optional<Form>;
 
-constexpr double negligible = 23;  // log 10¹⁰
+constexpr double small_beside = 23;  // log 10¹⁰
 
 bool has_small_terms(const std::vector<std::size_t>& constants, const std::vector<double>& value) {
   double least = INFINITY, most = -INFINITY;
@@ -82,7 +82,7 @@ bool has_small_terms(const std::vector<std::size_t>& constants, const std::vecto
     least = std::min(least, value[c]);
     most = std::max(most, value[c]);
   }
-  return most - least >= negligible;
+  return most - least >= small_beside;
 }
 
 /// Without terms in the same unknowns as another one that are 10¹⁰ times smaller: cos(π/2) = 6e-17 of a sum with sin x
@@ -93,7 +93,7 @@ std::vector<char> not_negligible(const Terms& terms, const std::vector<double>& 
   for (std::size_t k = 0; k < counts.size(); ++k)
     largest[terms.alike[k]] = std::max(largest[terms.alike[k]], value[terms.constant[k]]);
   for (std::size_t k = 0; k < counts.size(); ++k)
-    counts[k] = !(value[terms.constant[k]] < largest[terms.alike[k]] - negligible);
+    counts[k] = !(value[terms.constant[k]] < largest[terms.alike[k]] - small_beside);
   return counts;
 }
 

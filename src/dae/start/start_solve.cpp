@@ -2,7 +2,6 @@
 #include <Eigen/SparseLU>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "base/decompositions.hpp"
@@ -142,44 +141,24 @@ Vec sparse_least_step(const Sparse& J, const Vec& r) {
   return refined(pivoting, 1).tail(n);
 }
 
-/// Rows and columns that are not 0.
-std::pair<std::vector<Index>, std::vector<Index>> occupied(const Sparse& J) {
-  std::vector<char> row(static_cast<std::size_t>(J.rows()), 0);
-  std::pair<std::vector<Index>, std::vector<Index>> found;
-  for (Index j = 0; j < J.outerSize(); ++j) {
-    bool any = false;
-    for (Sparse::InnerIterator it(J, j); it; ++it)
-      if (it.value() != 0) any = row[static_cast<std::size_t>(it.row())] = 1;
-    if (any) found.second.push_back(j);
-  }
-  for (std::size_t i = 0; i < row.size(); ++i)
-    if (row[i]) found.first.push_back(static_cast<Index>(i));
-  return found;
-}
-
-Vec dense_least_step(const Mat& A, const Vec& r) {
-  Eigen::CompleteOrthogonalDecomposition<Mat> qr;
-  qr.setThreshold(1e-11);  // relative pivot below which a direction counts as undetermined
-  qr.compute(A);
-  if (qr.rank() < A.cols() && A.rows() >= A.cols()) {
-    // Units may be wrong by many orders (currents beside Is = 10⁻¹⁶ A). Where columns of equal length are
-    // independent the step is unique, whatever the units.
-    const Vec length = A.colwise().norm().cwiseMax(std::numeric_limits<double>::min());
-    Eigen::CompleteOrthogonalDecomposition<Mat> scaled;
-    scaled.setThreshold(qr.threshold());
-    scaled.compute(Mat(A * length.cwiseInverse().asDiagonal()));
-    if (scaled.rank() == A.cols()) return Vec(scaled.solve(Vec(-r))).cwiseQuotient(length);
-  }
-  return qr.solve(Vec(-r));
-}
-
 /// The smallest d that minimises ‖J d + r‖.
 Vec least_step(const Sparse& J, const Vec& r) {
-  if (J.cols() <= dense_up_to) {  // what is held, and equations that say nothing, take no part
-    const auto [rows, columns] = occupied(J);
-    Vec d = Vec::Zero(J.cols());
-    if (!rows.empty()) d(columns) = dense_least_step(Mat(J)(rows, columns), r(rows));
-    return d;
+  if (J.cols() <= dense_up_to) {
+    Eigen::CompleteOrthogonalDecomposition<Mat> qr;
+    qr.setThreshold(1e-11);  // relative pivot below which a direction counts as undetermined
+    const Mat A(J);
+    qr.compute(A);
+    if (qr.rank() < A.cols() && A.rows() >= A.cols()) {
+      // Units may be wrong by many orders (currents beside Is = 10⁻¹⁶ A). Where columns of equal length are
+      // independent the step is unique, whatever the units; those of what is held are 0, and never are.
+      const Vec length = A.colwise().norm();
+      if (!(length.minCoeff() > 0)) return qr.solve(Vec(-r));
+      Eigen::CompleteOrthogonalDecomposition<Mat> scaled;
+      scaled.setThreshold(qr.threshold());
+      scaled.compute(Mat(A * length.cwiseInverse().asDiagonal()));
+      if (scaled.rank() == A.cols()) return Vec(scaled.solve(Vec(-r))).cwiseQuotient(length);
+    }
+    return qr.solve(Vec(-r));
   }
   if (const auto exact = square_step(J, r)) return *exact;
   return sparse_least_step(J, r);
