@@ -30,7 +30,24 @@ refused("a pole approached by tanh", dae { tanh(x) ~ y, y ~ 1 + w^2, der(w) ~ x 
   "no values that satisfy the equations were found. If there are some, the structure says index 1, 1 free")
 refused("a cubic with one real root for three",
   dae { x + y + z ~ 0, x*y + y*z + z*x ~ 1, x*y*z ~ 1, der(w) ~ w*x },
-  "no values that satisfy the equations were found")
+  "the equations (1), (2) have no solution in common")
+refused("sine and cosine", dae { x ~ cos(y), z ~ sin(y), x^2 + z^2 ~ 2, der(w) ~ z },
+  "the equations (1), (2), (3) have no solution in common")
+
+refused("a plane beside a sphere", dae { x^2 + y^2 + z^2 ~ 1, x + y + z ~ 2, der(z) ~ x },
+  "the equations (1), (2) have no solution in common")
+
+test("a plane through a sphere", function()
+  local m = dae { x^2 + y^2 + z^2 ~ 1, x + y + z ~ 1.7, der(z) ~ x }
+  expect(m:index()):equals(1)
+  expect(m:index(m:init { fix = { z = 0.6 }, guess = { x = 0.5 } })):equals(1)
+end)
+test("a start of another model is refused", function()
+  local ok, e = pcall(function()
+    return dae { der(x) ~ -x }:index(dae { der(y) ~ y }:init { fix = { y = 1 } })
+  end)
+  assert(not ok and tostring(e):find("start has no value for 'x': it belongs to another model", 1, true), e)
+end)
 
 test("of functions of time, some have solutions", function()
   local u = input "u"

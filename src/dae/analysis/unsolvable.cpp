@@ -11,9 +11,35 @@
 #include "dae/structure/balance.hpp"
 #include "dae/structure/blocks.hpp"
 #include "dae/structure/signature.hpp"
+#include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
 
 namespace pendula::dae {
+
+/// Rows without derivatives, those that are linear in an unknown with a number as its factor solved for it and put into
+/// the others: where x + y + z = 2, x² + y² + z² = 1 is definite.
+static std::vector<Expr> without_linear_rows(std::vector<Expr> rows) {
+  constexpr std::size_t few = 8;
+  const auto is_dynamic = [](Expr row) {
+    const auto inside = leaves({&row, 1});
+    return std::any_of(inside.begin(), inside.end(), [](Expr leaf) { return symbol_of(leaf).order > 0; });
+  };
+  std::erase_if(rows, is_dynamic);
+  if (rows.size() < 2 || rows.size() > few) return {};
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Expr row = rows[i];
+    for (Expr x : leaves({&row, 1})) {
+      const Expr slope = simplify(partial(row, x));
+      if (!exact_value(slope) || slope.is_zero()) continue;
+      const Expr solved = simplify(x - row / slope);
+      for (Expr& other : rows) other = simplify(substitute(other, {{x, solved}}));
+      break;
+    }
+  }
+  std::erase_if(rows, [](Expr row) { return row.is_zero(); });
+  return rows;
+}
 
 /// Proved by signs or intervals, of the rows or of their squares completed.
 static bool are_unsolvable(std::vector<Expr> rows) {
@@ -40,7 +66,8 @@ static std::optional<std::string> contradiction(const Model& m, const std::vecto
   const auto unsolvable = [&](const std::vector<int>& some) {
     std::vector<Expr> picked;
     for (int i : some) picked.push_back(all[i]);
-    return are_unsolvable(std::move(picked));
+    const std::vector<Expr> fewer = without_linear_rows(picked);
+    return are_unsolvable(std::move(picked)) || are_unsolvable(fewer);
   };
   if (!unsolvable(rows)) return {};
   std::sort(rows.begin(), rows.end());

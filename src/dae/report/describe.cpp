@@ -53,7 +53,8 @@ std::string header(const Model& m) {
                       counted(m.variables.size(), "unknown"));
   try {
     const IndexResult known = differentiation_index(m);
-    return out + text(", index ", known.index_is_bound ? "at most " : "", known.index, ", ",
+    return out + text(known.is_unconfirmed ? ", if the equations have solutions index " : ", index ",
+                      known.index_is_bound ? "at most " : "", known.index, ", ",
                       counted(static_cast<std::size_t>(known.dof), "free initial value"));
   } catch (const Failure&) {
     return out + ", no index (sys:structure() says why)";

@@ -32,6 +32,10 @@ std::vector<std::string> null_vector_names(const StructureReport& s, const Mat& 
 void look_at(StructureReport& s, const ConsistentState& at) {
   constexpr std::size_t affordable = 300;
   const std::size_t n = s.model->variables.size();
+  for (const Variable& v : s.model->variables)
+    if (!at.value_for(*s.model, v.leaf))
+      throw Error(text("start has no value for '", to_text(v.leaf),
+                       "': it belongs to another model; make one with sys:init{ … }"));
   if (n > affordable) return;
   Mat J = Mat::Zero(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(n));
   for (const Entry& e : s.analysis.jacobian) J(e.row, e.column) = at(e.value);
