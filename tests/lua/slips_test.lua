@@ -273,7 +273,7 @@ local errors = {
   { "linspace(0, 1, 5, 6)", "expected 3 arguments, got 4" },
   { "dot(b, b, b)", "expected 2 arguments, got 3" },
   { "simplify(x, y)", "expected 1 argument, got 2" },
-  { "decay:index(1)", "expected no arguments, got 1", "sys:index()" },
+  { "decay:index(1)", "expected a start, got a number", "sys:index([start])" },
   { "decay:integrate({ start = { x = 1 }, to = 1 }, 5)", "expected 1 argument, got 2" },
   { "sol:final(x, 1)", "expected 1 argument, got 2" },
   { "(newton({ r = x^2 - 2, start = 1 }, 3))", "expected 1 argument, got 2" },

@@ -99,6 +99,8 @@ Interval root(Interval r, double n, Interval now) {
   return now.hi <= 0 ? -size : Interval{-size.hi, size.hi};
 }
 
+constexpr std::size_t few = 12;  // rows; of more, intervals without bounds are not divided
+
 class Propagation {
  public:
   Propagation(std::span<const Expr> rows, const std::unordered_map<Expr, double>& known)
@@ -121,7 +123,8 @@ class Propagation {
     if (depth == 0) return false;
     const auto split = [&](std::size_t k) {
       const Interval v = value_[k];
-      return nodes_[k].is_symbol() && v.lo < 0 && v.hi > 0 && v.hi - v.lo > 1e-6;
+      return nodes_[k].is_symbol() && v.lo < 0 && v.hi > 0 && v.hi - v.lo > 1e-6 &&
+             (v.is_bounded() || zero_.size() <= few);
     };
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       if (!split(k)) continue;
@@ -321,8 +324,7 @@ class Propagation {
 
 bool has_no_solution(std::span<const Expr> rows, const std::unordered_map<Expr, double>& known) {
   constexpr int halvings = 3;
-  constexpr std::size_t few = 12;
-  return Propagation(rows, known).finds_empty(rows.size() <= few ? halvings : 0);
+  return Propagation(rows, known).finds_empty(halvings);
 }
 
 }  // namespace pendula::dae

@@ -1,6 +1,7 @@
 // Fixed values without a start: the fewest that conflict, whether that is proved, and the error that says so.
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <unordered_set>
 #include <utility>
 
@@ -208,11 +209,12 @@ std::string short_label(const StartSystem& s, std::size_t row) {
   return label.starts_with(word) ? label.substr(word.size()) : label;
 }
 
-/// Equations all of whose unknowns are fixed, where the given values violate them.
-std::vector<std::string> violations_of_given_values(const StartSystem& s, const Conflict& conflict) {
+/// Equations of a conflict all of whose unknowns are fixed by these rows, where the given values violate them.
+std::vector<std::string> violations_of_given_values(const StartSystem& s, const Conflict& conflict,
+                                                    const std::vector<std::size_t>& fixes) {
   Vec w = first_point(s, 0);
   std::unordered_set<Expr> fixed;
-  for (std::size_t i : conflict.fixes)
+  for (std::size_t i : fixes)
     if (const auto j = s.fixed_unknown(i - s.first_fix)) {
       w[*j] = s.request.fix[i - s.first_fix].second;
       fixed.insert(s.unknowns[*j]);
@@ -250,7 +252,10 @@ std::vector<std::string> violations(const StartSystem& s, const Conflict& confli
       if (std::isfinite(value(e)) && std::fabs(value(e)) > rounding(e))
         lines.push_back(
             text(join(labels, ", "), ":  0 ≠ ", rounded(value(e), 6), " = ", truncated_text(tidied(e))));
-  if (lines.empty()) lines = violations_of_given_values(s, conflict);
+  if (lines.empty()) lines = violations_of_given_values(s, conflict, conflict.fixes);
+  std::vector<std::size_t> every(s.fixes());
+  std::iota(every.begin(), every.end(), s.first_fix);
+  if (lines.empty()) lines = violations_of_given_values(s, conflict, every);
   if (!lines.empty()) return lines;
   for (std::size_t k = 0; k < equations.size() && k < readable; ++k)
     if (std::fabs(value(equations[k])) > rounding(equations[k]))
