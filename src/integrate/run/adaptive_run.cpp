@@ -93,6 +93,7 @@ class AdaptiveRun {
         outcome.message += plan().ways_on(point_near(outcome.t), names_factor(outcome.message));
     } catch (const Interrupted&) {  // the solution up to here is kept, without them
     }
+    if (state_.solution->not_unique().empty()) state_.solution->set_not_unique(domain_.not_unique());
     state_.stats().rest = standstill_.rest(stepper().here());
     state_.solution->finish(std::move(outcome), state_.stats(), seconds);
   }

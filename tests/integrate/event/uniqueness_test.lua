@@ -163,3 +163,38 @@ test("a root that its argument leaves at 0 names what to write", function()
   expect(sol(x, 10)):near(0.25, 1e-6)
   expect(sol(x, 30)):near(0, 1e-9)
 end)
+
+-- x′ = x/t: x = c t for every c, so all solutions meet at 0. About a = 0 the equation of b is that of its leading
+-- terms, b′ = (a² - b²/2)/(2 a²), which b = k a solves where a′ = -3/2 and -3 k = 1 - k²/2: k = 3 ± √11. That with
+-- the greater k takes all that come, and behind 0 they part: ∂b′/∂b = -k/(2 a).
+test("a divisor that vanishes with its dividend lets solutions meet and part", function()
+  local a = var "a"
+  for _, method in ipairs { "dopri5", "tsit5", "radau", "bdf", "rodas", "gauss" } do
+    local sol = dae { der(x) ~ x/t } :integrate { start = { x = 1 }, from = -1, to = 1, method = method }
+    expect(sol.status):equals "finished"
+    expect(sol:stats().not_unique):matches "^not unique from t = %S+ on: t = 0 there"
+    expect(tonumber(sol:stats().not_unique:match "t = (%S+) on")):near(0, 1e-9)
+    local pair = { der(a) ~ -3/2, der(y) ~ (cos(y) - exp(-a^2))/(2*a^2) - y }
+    sol = dae(pair):integrate { start = { a = 1/3, y = 0.1 }, to = 0.3, method = method }
+    if sol.status == "finished" then
+      expect(sol:stats().not_unique):matches "a = 0 there"
+      expect(tonumber(sol:stats().not_unique:match "t = (%S+) on")):near(2/9, 1e-6)
+    else
+      expect(sol.status):matches "a is almost 0 there"
+    end
+  end
+end)
+
+test("a divisor whose quotient is smooth does not", function()
+  local a = var "a"
+  local smooth = { sin(a)/a, (1 - cos(a))/a^2, (exp(a) - 1)/a, y*sin(a)/a, y*(exp(a) - 1)/a, 10*y*a/sin(a) }
+  for i, f in ipairs(smooth) do
+    for _, sign in ipairs { 1, -1 } do
+      for _, method in ipairs { "dopri5", "radau", "bdf", "rodas" } do
+        local said = remark({ der(a) ~ -1.5 + 0.1*y, der(y) ~ sign*f - y }, { a = 0.1, y = 0.3 }, 0.15,
+          { method = method })
+        expect(i .. method .. said):equals(i .. method)
+      end
+    end
+  end
+end)

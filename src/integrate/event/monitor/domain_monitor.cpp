@@ -1,9 +1,12 @@
 #include "integrate/event/monitor/domain_monitor.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "base/text.hpp"
 #include "expr/graph/derivative.hpp"
+#include "expr/print/print.hpp"
 #include "integrate/event/monitor/monitor.hpp"
 #include "integrate/step/hermite.hpp"
 
@@ -27,13 +30,32 @@ class PoleTest {
     if (is_worse([&](double zero, double noise) { return grows(zero, noise) || swings(zero, noise); }))
       return true;
     // a/x is the same number on a line on which both vanish, and swings without end beside it
-    constexpr double near = 0.05, golden = 0.618;
+    constexpr double golden = 0.618;
     for (int i = 0; i < beside_.size(); ++i)
       beside_[i] = near * (to_.x[i] - from_.x[i]) * (std::fmod(golden * (i + 1), 1.0) - 0.5);
-    return is_worse([&](double zero, double noise) { return swings(zero, noise); });
+    if (is_worse([&](double zero, double noise) { return swings(zero, noise); })) return true;
+    beside_.setZero();
+    return false;
+  }
+
+  /// Do solutions part without bound behind a zero that is no pole? Where a disturbance grows like δ′ = k δ/t, k > 0,
+  /// as of x′ = k x/t, all solutions x = c tᵏ come from one point; where it fades like that before the zero, all of
+  /// them have met there. Of ODEs only. The time of the zero.
+  std::optional<double> parts() {
+    constexpr Eigen::Index most = 60;  // unknowns
+    if (!equations_.is_ode() || equations_.has_dense_jacobian() || beside_.size() > most) return {};
+    double at = 0;
+    const bool singular = is_worse([&](double zero, double noise) {
+      at = from_.t + zero * (to_.t - from_.t);
+      const bool fine = 1e8 * noise < near;
+      return is_singular(1, zero, 1 - zero, fine) || is_singular(-1, zero, zero, fine);
+    });
+    return singular ? std::optional(at) : std::nullopt;
   }
 
  private:
+  static constexpr double near = 0.05;  // of a step
+
   template <class Judge>
   bool is_worse(const Judge& judge) {
     const double g0 = value(0), g1 = value(1);
@@ -105,6 +127,32 @@ class PoleTest {
       distance *= factor;
     }
     return F;
+  }
+
+  /// Does the growth of disturbances, seen in this direction, become k/distance? A step that rounding does not let one
+  /// look into, some 10⁻⁹ of the run, is asked at its end: what is bounded moves nothing in it.
+  bool is_singular(int direction, double zero, double room, bool fine) {
+    constexpr double slow = 0.1, constant = 3;  // of k; a bounded ∂x′/∂x would make it ten times smaller
+    const double far = fine ? 0.2 * room : room, close = 0.1 * far;
+    const double k = growth(zero + direction * far, direction) * far;
+    return k > slow && (!fine || growth(zero + direction * close, direction) * close > k / constant);
+  }
+
+  /// The largest Re λ of ±∂x′/∂x, per length of the step.
+  double growth(double share, int sign) {
+    value(share);
+    const Eigen::Index n = beside_.size();
+    Mat F = Mat::Zero(n, 2 * n);  // ∂F/∂(x, x′)
+    const std::vector<double>& partials = equations_.jacobian();
+    for (std::size_t k = 0; k < partials.size(); ++k) {
+      const auto [row, column] = equations_.pattern()[k];
+      F(row, column) = partials[k];
+    }
+    const Mat J = -sign * F.rightCols(n).partialPivLu().solve(F.leftCols(n));
+    if (!J.allFinite()) return 0;
+    const Eigen::EigenSolver<Mat> solver(J, false);
+    if (solver.info() != Eigen::Success) return 0;
+    return solver.eigenvalues().real().maxCoeff() * (to_.t - from_.t);
   }
 
   /// Places the equations there.
@@ -214,8 +262,12 @@ std::optional<std::string> DomainMonitor::passed_part(Problem& equations, const 
       ahead.t = from.t + share;
       ahead.x = from.x + share * from.xdot;
     }
-    if (PoleTest(equations, pole.factor, tolerances_, from, ahead)())
-      return conditions_[pole.condition].reason();
+    PoleTest test(equations, pole.factor, tolerances_, from, ahead);
+    if (test()) return conditions_[pole.condition].reason();
+    const bool news = not_unique_.empty() && pole.g * out_[i] < 0;
+    if (const auto t = news ? test.parts() : std::nullopt)
+      not_unique_ = text("not unique from t = ", rounded(*t, 6), " on: ", to_text(pole.factor),
+                         " = 0 there, and solutions may part without bound behind it; one of them is taken");
   }
   for (std::size_t i = 0; i < n; ++i) {
     poles_[i].slope = out_[n + i];

@@ -7,6 +7,9 @@
 // residual F decides: on a straight line through the zero of g, at distances that shrink by 10⁻³ each time, a
 // pole of order k grows by 10³ᵏ; what is bounded, or grows like a logarithm, does not. What is bounded and has no limit,
 // such as cos(1/x), is no equation there either: its changes neither fade nor keep their sign.
+//
+// Where the equations are bounded and their derivatives are not, as of sin(a/b) where a and b vanish together, the
+// run goes on, but solutions that were closer than every tolerance may part from each other behind the zero.
 #pragma once
 
 #include <optional>
@@ -33,6 +36,8 @@ class DomainMonitor {
   void restart(const Point& point);
   /// After every accepted step: why it must not be taken, if a pole lies in it. `equations`: those in force.
   std::optional<std::string> passed(Problem& equations, const Point& from, const Point& to);
+  /// Where a zero that is no pole was passed and more than one solution goes on, as in x′ = 2 x/t; "" if nowhere.
+  const std::string& not_unique() const { return not_unique_; }
   /// After a failure at a point: ". x is almost 0 there; where it is 0, log(x) is not defined", of the
   /// condition that is closest to 0; "" if none is.
   std::string almost_outside(const Point& point);
@@ -52,6 +57,7 @@ class DomainMonitor {
   std::vector<Pole> poles_;
   codegen::Kernel kernel_;  ///< g of the poles, then their slopes
   Tolerances tolerances_;
+  std::string not_unique_;
   int pieces_ = 1;  ///< of a step: sines may vanish several times in it
   Point first_, start_, inside_;
   std::vector<double> out_;
