@@ -57,7 +57,7 @@ struct Plan {
   std::function<TreatedProblem(const std::vector<Treatment>&, const std::unordered_map<Expr, double>& at)>
       treat;
   std::vector<double> breaks;  ///< ascending: times at which the equations are not smooth; steps end there
-  /// Inputs known by value only; each step is checked for a jump in them.
+  /// Inputs known by value only; each step is checked for a jump or kink in them.
   std::vector<std::function<double(double)>> monitored_inputs;
   /// Called every few steps with the time reached; for a progress line.
   std::function<void(double t, const Stats&)> progress;

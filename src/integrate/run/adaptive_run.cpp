@@ -109,7 +109,7 @@ class AdaptiveRun {
     state_.view.record = nullptr;
     if (modes_.slide_where_creeping()) events_.begin_again(Point(stepper().here()), {});
     step();
-    if (!plan().monitored_inputs.empty() && repeated_up_to_jump()) return;
+    if (!plan().monitored_inputs.empty() && repeated_up_to_break()) return;
     if (has_passed_pole(outcome)) return;
     if (const double off = peaks_.missed(state_.problem, stepper().before(), stepper().here())) {
       if (!peaks_.is_tired() && events_.repeated_shorter()) return restart_monitors();
@@ -197,14 +197,24 @@ class AdaptiveRun {
     return true;
   }
 
-  /// A step over a jump of an input is taken back; the next ones end there.
-  bool repeated_up_to_jump() {
+  /// A step over a jump or kink of an input is taken back; the next ones end there.
+  bool repeated_up_to_break() {
     const double from = stepper().before().t, to = stepper().here().t;
-    const double last = to >= state_.end ? std::nextafter(to, from) : to;
+    const bool at_break = to >= state_.end;
     std::optional<double> first;
-    for (const auto& input : plan().monitored_inputs)
-      if (const auto t = find_jump(input, from, last); t && (!first || *t < *first)) first = t;
+    sizes_.resize(plan().monitored_inputs.size());
+    for (std::size_t i = 0; i < sizes_.size(); ++i)
+      if (const auto t = find_break(plan().monitored_inputs[i], from, to, at_break, sizes_[i]);
+          t && (!first || *t < *first))
+        first = t;
     if (!first || *first <= from) return false;
+    // where it stands at the beginning, u(0) = 0 and u(t) = 1 behind it, a moment of its own is left to it
+    const double moment = std::max(1e-14 * state_.interval(), 32 * std::numeric_limits<double>::epsilon() *
+                                                                  std::max(std::fabs(from), std::fabs(to)));
+    if (*first - from < moment) {
+      if (to - from <= 2 * moment) return false;
+      first = from + moment;
+    }
     --state_.stats().steps;
     ++state_.stats().rejected;
     const Point start = stepper().before();
@@ -267,6 +277,7 @@ class AdaptiveRun {
   StallDetector stall_;
   bool ended_ = false;  ///< by an event at the start
   Point first_;
+  std::vector<double> sizes_;  ///< of the monitored inputs: the largest so far
   int since_progress_ = 0;
 };
 

@@ -97,3 +97,66 @@ test("jumps of inputs written in Lua are found", function()
   local root = run(function(s) if s < 1 then return 0 end return (s - 1)^0.5 end, "radau", 1e-8)
   expect(root:final(x)):near(2/3*2^1.5, 1e-6)
 end)
+
+-- x′ = -x + u, x(0) = 0, by Simpson's rule between the kinks of u: without breaks there 130 tolerances at rtol 1e-8.
+test("kinks of inputs written in Lua are found", function()
+  local follow = dae { der(x) ~ -x + u }
+  local function exact(f, kinks, last)
+    local sum, ends, n = 0, { 0, table.unpack(kinks) }, 400
+    ends[#ends + 1] = last
+    for k = 1, #ends - 1 do
+      local h = (ends[k + 1] - ends[k])/n
+      for i = 0, n do
+        local s = ends[k] + i*h
+        sum = sum + ((i == 0 or i == n) and 1 or i % 2 == 1 and 4 or 2)*h/3*math.exp(s - last)*f(s)
+      end
+    end
+    return sum
+  end
+  local cases = {
+    { function(s) return math.abs(s - 1.234567) end, { 1.234567 } },
+    { function(s) return 3*math.max(0, s - 1.234567) end, { 1.234567 } },
+    { function(s) return math.abs(s % 2 - 1) end, { 1, 2, 3, 4 } },
+    { function(s) return math.abs(math.sin(3*s)) end, { math.pi/3, 2*math.pi/3, math.pi, 4*math.pi/3 } },
+    { function(s) return 5 + math.min(math.cos(s), 0.3) end, { math.acos(0.3) } },
+  }
+  for i, case in ipairs(cases) do
+    local f, kinks = table.unpack(case)
+    for _, method in ipairs { "radau", "gauss", "dopri5", "rodas", "bdf", "dop853" } do
+      local sol = follow:integrate { start = { x = 0 }, to = 4.5, inputs = { u = f }, method = method, rtol = 1e-8 }
+      local value = exact(f, kinks, 4.5)
+      local error = math.abs(sol:final(x) - value)/(1e-8*value)
+      if error > (method == "bdf" and 20 or 3) then expect(("%d %s: %.3g tolerances"):format(i, method, error)):equals "" end
+    end
+  end
+end)
+
+-- Its jump at the beginning has a step of a moment; without it runs stopped at t = 0.
+test("an input that begins to act behind the start", function()
+  for _, method in ipairs { "radau", "dopri5", "bdf", "rodas" } do
+    local sol = dae { der(x) ~ -x + u } :integrate { start = { x = 0 }, to = 3, method = method, rtol = 1e-6,
+      inputs = { u = function(s) if s > 0 then return 1 end return 0 end } }
+    expect(sol.status):equals "finished"
+    expect(sol:final(x)):near(1 - math.exp(-3), 2e-6)
+  end
+end)
+
+test("smooth inputs and rounded numbers have no kinks", function()
+  local follow = dae { der(x) ~ -x + u }
+  local function run(f, method)
+    local calls = 0
+    local sol = follow:integrate { start = { x = 0.3 }, to = 10, method = method, rtol = 1e-4, inputs = { u = function(s)
+      calls = calls + 1
+      return f(s)
+    end } }
+    return sol:stats().steps, calls
+  end
+  local function smooth(s) return math.sin(s) end
+  for _, method in ipairs { "dopri5", "radau" } do
+    local steps, calls = run(smooth, method)
+    expect(calls < 30*steps):is_true()
+    for _, digits in ipairs { 1e4, 1e6 } do  -- of a converter: every step meets many of its jumps
+      expect((run(function(s) return math.sin(s)*digits//1/digits end, method))):near(steps, steps/4)
+    end
+  end
+end)
