@@ -94,9 +94,11 @@ end
 -- ── runs ──
 -- Code that asks for 10⁸ periods, or for endless turns of a loop: its time and memory are not the program's.
 local function endless(code)
-  local header = code:match "%f[%w]for%f[%W].-%f[%w]do%f[%W]"
-  return code:find "%f[%w]to = 1e9" or code:find "%f[%w]while%f[%W]" or code:find "%f[%w]repeat%f[%W]"
-    or header and (header:find "1/0" or header:find "integer" or header:find "e%d")
+  for header in code:gmatch "%f[%w]for%f[%W].-%f[%w]do%f[%W]" do
+    if header:find "1/0" or header:find "integer" or header:find "e%d" then return true end
+  end
+  return code:find "%f[%w]to = 1e9" or code:find "%f[%w]to = math.maxinteger" or code:find "%f[%w]while%f[%W]"
+    or code:find "%f[%w]repeat%f[%W]"
 end
 
 local function compile(code, environment)

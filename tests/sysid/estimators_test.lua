@@ -170,3 +170,16 @@ test("the regions of conjugate poles are mirror images, also where they are near
     expect(r.covariances[1][2]):near(-r.covariances[2][2], 1e-6 * r.covariances[1][3])
   end
 end)
+
+-- Found by the fuzzer: the delay in samples was no integer of the machine, or a negative one read behind the
+-- input.
+test("delays longer than a record, and negative ones", function()
+  local ones = { 1, 1, 1 }
+  for _, delay in ipairs { 3, 3.5, 1e300, math.maxinteger, 1/0 } do
+    expect(held_response({ 1 }, { 1, 1 }, delay, ones, 1)):equals(vec { 0, 0, 0 })
+  end
+  expect(held_response({ 1 }, { 1, 1 }, 0.5, ones, 5e-324)):equals(vec { 0, 0, 0 })
+  local d = iddata { y = { 0, 0.5, 1 }, u = ones }
+  expect(continuous_errors({ 1 }, { 1, 0 }, 1/0, d)):equals(continuous_errors({ 1 }, { 1, 0 }, 3, d))
+  expect(function() continuous_errors({ 1 }, { 1, 0 }, -2, d) end):fails "the delay must not be negative"
+end)

@@ -62,10 +62,12 @@ struct Sampled {
   bool fraction = false;
 };
 
-Sampled sampled(const Realisation& r, double delay, double Ts) {
+/// For a record of so many samples: what is delayed by more of them does not arrive in it.
+Sampled sampled(const Realisation& r, double delay, double Ts, Index samples) {
   Sampled s;
-  s.d = static_cast<Index>(std::floor(delay / Ts + 1e-9));
-  const double f = std::max(0.0, delay - static_cast<double>(s.d) * Ts);
+  const double periods = std::floor(delay / Ts + 1e-9), most = static_cast<double>(samples);
+  s.d = static_cast<Index>(std::min(periods, most));
+  const double f = periods < most ? std::max(0.0, delay - periods * Ts) : 0;
   s.fraction = f > 1e-9 * Ts;
   const auto [Phi, whole] = held(r, Ts);
   s.Phi = Phi;
@@ -82,7 +84,7 @@ Sampled sampled(const Realisation& r, double delay, double Ts) {
 
 Vec simulate_held(const ContinuousModel& m, const Vec& u, double Ts, bool settled) {
   const Realisation r = realisation(m);
-  const Sampled s = sampled(r, m.delay, Ts);
+  const Sampled s = sampled(r, m.delay, Ts, u.size());
   const auto past = [&](Index k) { return k >= 0 ? u[k] : settled ? u[0] : 0.0; };
   Vec x = Vec::Zero(r.A.rows());
   Vec next = x;

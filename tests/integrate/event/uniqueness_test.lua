@@ -164,9 +164,9 @@ test("a root that its argument leaves at 0 names what to write", function()
   expect(sol(x, 30)):near(0, 1e-9)
 end)
 
--- x′ = x/t: x = c t for every c, so all solutions meet at 0. About a = 0 the equation of b is that of its leading
--- terms, b′ = (a² - b²/2)/(2 a²), which b = k a solves where a′ = -3/2 and -3 k = 1 - k²/2: k = 3 ± √11. That with
--- the greater k takes all that come, and behind 0 they part: ∂b′/∂b = -k/(2 a).
+-- x′ = x/t: x = c t for every c, so all solutions meet at 0. About a = 0 the equation of b is that of its
+-- leading terms, b′ = (a² - b²/2)/(2 a²), which b = k a solves where a′ = -3/2 and -3 k = 1 - k²/2: k = 3
+-- ± √11. That with the greater k takes all that come, and behind 0 they part: ∂b′/∂b = -k/(2 a).
 test("a divisor that vanishes with its dividend lets solutions meet and part", function()
   local a = var "a"
   for _, method in ipairs { "dopri5", "tsit5", "radau", "bdf", "rodas", "gauss" } do

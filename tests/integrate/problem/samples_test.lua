@@ -98,7 +98,8 @@ test("jumps of inputs written in Lua are found", function()
   expect(root:final(x)):near(2/3*2^1.5, 1e-6)
 end)
 
--- x′ = -x + u, x(0) = 0, by Simpson's rule between the kinks of u: without breaks there 130 tolerances at rtol 1e-8.
+-- x′ = -x + u, x(0) = 0, by Simpson's rule between the kinks of u: without breaks there 130 tolerances at
+-- rtol 1e-8.
 test("kinks of inputs written in Lua are found", function()
   local follow = dae { der(x) ~ -x + u }
   local function exact(f, kinks, last)
@@ -123,10 +124,13 @@ test("kinks of inputs written in Lua are found", function()
   for i, case in ipairs(cases) do
     local f, kinks = table.unpack(case)
     for _, method in ipairs { "radau", "gauss", "dopri5", "rodas", "bdf", "dop853" } do
-      local sol = follow:integrate { start = { x = 0 }, to = 4.5, inputs = { u = f }, method = method, rtol = 1e-8 }
+      local sol = follow:integrate { start = { x = 0 }, to = 4.5, inputs = { u = f }, method = method,
+        rtol = 1e-8 }
       local value = exact(f, kinks, 4.5)
       local error = math.abs(sol:final(x) - value)/(1e-8*value)
-      if error > (method == "bdf" and 20 or 3) then expect(("%d %s: %.3g tolerances"):format(i, method, error)):equals "" end
+      if error > (method == "bdf" and 20 or 3) then
+        expect(("%d %s: %.3g tolerances"):format(i, method, error)):equals ""
+      end
     end
   end
 end)
@@ -145,10 +149,12 @@ test("smooth inputs and rounded numbers have no kinks", function()
   local follow = dae { der(x) ~ -x + u }
   local function run(f, method)
     local calls = 0
-    local sol = follow:integrate { start = { x = 0.3 }, to = 10, method = method, rtol = 1e-4, inputs = { u = function(s)
+    local function counted(s)
       calls = calls + 1
       return f(s)
-    end } }
+    end
+    local sol = follow:integrate { start = { x = 0.3 }, to = 10, method = method, rtol = 1e-4,
+      inputs = { u = counted } }
     return sol:stats().steps, calls
   end
   local function smooth(s) return math.sin(s) end

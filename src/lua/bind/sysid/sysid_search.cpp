@@ -141,17 +141,17 @@ int forecast(Call& call) {
 }
 
 sysid::ContinuousModel continuous_model(Call& call, int i) {
+  const double delay = call.number(i + 2, "delay");
+  if (!(delay >= 0)) throw Error("the delay must not be negative");
   return {to_numeric_matrix(call.L, i, "num").reshaped(), to_numeric_matrix(call.L, i + 1, "den").reshaped(),
-          call.number(i + 2, "delay")};
+          delay};
 }
 
 int held_response(Call& call) {
   const Vec u = to_data(call.L, 4, "u").reshaped();
   const double Ts = call.number(5, "Ts");
   if (!(Ts > 0)) throw Error("Ts must be positive");
-  const sysid::ContinuousModel m = continuous_model(call, 1);
-  if (!(m.delay >= 0)) throw Error("the delay must not be negative");
-  return push_matrix(call.L, Mat(sysid::simulate_held(m, u, Ts)));
+  return push_matrix(call.L, Mat(sysid::simulate_held(continuous_model(call, 1), u, Ts)));
 }
 
 int continuous_errors(Call& call) {
