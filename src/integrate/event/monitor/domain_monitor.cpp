@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/error.hpp"
 #include "base/text.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
