@@ -71,12 +71,7 @@ const Event* EventHandler::terminating(const EventFinder::Hit& hit) const {
 /// True when the step ends at the event, or was taken back.
 bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
   AdaptiveState& s = state_;
-  if (const Event* end = terminating(hit)) {
-    // values inside a step over a singular point mean little: approach it in shorter steps
-    if (first_in_step_ && s.view.to.t - s.view.from.t > 1e-6 * s.interval() && repeated_shorter())
-      return true;
-    return end_before(hit, *end, outcome);
-  }
+  if (const Event* end = terminating(hit)) return end_before(hit, *end, outcome);
   bool surface = false, may_jump = false, frozen = true, beyond = false;
   for (const auto& crossing : hit.list) {
     const Event& event = event_of(crossing);
@@ -194,8 +189,11 @@ void EventHandler::write_records(const Point& after) {
 }
 
 /// The equations cannot be solved at this event: the run ends where the step to it began, or, where other
-/// events have been in the step, just before it.
+/// events have been in the step, just before it. Values inside a step over a singular point mean little: it is
+/// approached in shorter steps.
 bool EventHandler::end_before(const EventFinder::Hit& hit, const Event& event, RunOutcome& outcome) {
+  const bool is_long = state_.view.to.t - state_.view.from.t > 1e-6 * state_.interval();
+  if (first_in_step_ && is_long && repeated_shorter()) return true;
   if (!first_in_step_) {
     Point point = state_.inside(hit.before, Detail::state);
     point.t = hit.before;

@@ -129,6 +129,7 @@ test("a divisor that touches 0 at its own border ends a run, behind it and at it
       for _, to in ipairs { 1, 2 } do
         local sol = sys:integrate { start = { x = -1 }, to = to, method = method }
         expect(k .. method .. to .. sol.status):matches "stopped at t = 1: "
+        expect(sol.t[#sol.t]):near(1, 1e-5)
       end
     end
   end
