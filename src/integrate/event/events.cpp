@@ -229,9 +229,21 @@ bool EventFinder::falls_to_zero(std::size_t i, const Sample& a, const Sample& b)
 
 int EventFinder::vanished(const Point& point) {
   evaluate(point, probe_);
-  for (std::size_t i = 0; i < events_->size(); ++i)
-    if (!(*events_)[i].termination_reason.empty() && probe_.t > last_.t && falls_to_zero(i, last_, probe_))
-      return static_cast<int>(i);
+  return vanished(probe_.g);
+}
+
+int EventFinder::vanished(const std::vector<double>& g) const {
+  const auto is_piecewise = [](Expr e) {
+    const auto nodes = topological({&e, 1});
+    return std::any_of(nodes.begin(), nodes.end(), [](Expr n) {
+      return n.op() == Op::abs || n.op() == Op::max || n.op() == Op::min || n.op() == Op::ifelse;
+    });
+  };
+  for (std::size_t i = 0; i < events_->size(); ++i) {
+    const Event& event = (*events_)[i];
+    if (event.termination_reason.empty() || !(std::fabs(g[i]) <= 64 * eps * largest_[i])) continue;
+    if (is_piecewise(event.when)) return static_cast<int>(i);
+  }
   return -1;
 }
 

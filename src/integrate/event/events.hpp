@@ -107,9 +107,11 @@ class EventFinder {
   double slope(int which, const Point& point);
   /// dg/dt between two points of a solution that are close to each other; where it is known, at the second.
   double slope_between(int which, const Point& a, const Point& b);
-  /// The event with a termination_reason that is 0 at a point behind the last samples, without a change of sign: a
-  /// divisor max(x, -x), which its own border hides; -1 if there is none.
+  /// The piecewise event with a termination_reason that is 0 at a point, beside its largest value so far: a divisor
+  /// max(x, -x), whose own border hides that; -1 if there is none.
   int vanished(const Point& point);
+  /// The same, of values(): at the end of a step.
+  int vanished(const std::vector<double>& g) const;
   /// The first root in (from, to], where `from` is the last start or root, located to a few ulp of t.
   /// Requires events.
   std::optional<Hit> find(Stepper& stepper, const StepView& step);

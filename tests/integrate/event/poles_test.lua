@@ -135,6 +135,17 @@ test("a divisor that touches 0 at its own border ends a run, behind it and at it
   end
 end)
 
+test("a divisor that touches 0 at its own border does so in every unit, and where a step is halved", function()
+  for _, size in ipairs { 1, 1e-9, 1e9 } do
+    for _, time in ipairs { 1, 1e-6, 1e6 } do
+      local sys = dae { max(x, -x)*z ~ 1, der(x) ~ size/time }
+      local sol = sys:integrate { start = { x = -size }, to = 2*time }
+      expect(sol.status):matches "stopped at t = "
+      expect(sol.t[#sol.t]/time):near(1, 1e-4)
+    end
+  end
+end)
+
 test("a divisor that comes near 0 at its border does not", function()
   local sys = dae { (max(x, -x) + 1e-3)*z ~ 1, der(x) ~ 1 }
   for _, method in ipairs(methods) do

@@ -30,6 +30,8 @@ std::optional<Stop> TangencyMonitor::after(const MonitoredStep& step) {
   constexpr double near = 0.01;  // of the largest value so far: larger minima are none of our business
   const std::vector<double>& g = finder_.values();
   std::optional<Stop> stop;
+  if (const int gone = finder_.vanished(g); gone >= 0)  // a step that happens to end there
+    return Stop{step.here.t, events_[gone].termination_reason, step.before.t};
   const bool fresh = seen_.size() != g.size();
   if (fresh) seen_.assign(g.size(), {});
   for (std::size_t i = 0; i < g.size(); ++i) {
