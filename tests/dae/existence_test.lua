@@ -49,6 +49,14 @@ test("a start of another model is refused", function()
   assert(not ok and tostring(e):find("start has no value for 'x': it belongs to another model", 1, true), e)
 end)
 
+test("a start says nothing where the structure is singular everywhere", function()
+  local a = param("a", -0.5)
+  local m = dae { der(x) + a*t*der(y) + (1 + a)*y ~ sin(t), x + a*t*y ~ cos(t) }
+  local ok, e = pcall(m.index, m, m:init {})
+  assert(not ok and tostring(e):find("a start adds nothing to sys:index()", 1, true), e)
+  expect(m:index()):equals(2)
+end)
+
 test("of functions of time, some have solutions", function()
   local u = input "u"
   local m = dae { x^2 + y^2 ~ u, der(y) ~ x, z ~ sqrt(u - 20) }

@@ -1,7 +1,6 @@
 #include "dae/index/differentiation_index.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -9,6 +8,7 @@
 #include "dae/analysis/unsolvable.hpp"
 #include "dae/index/array_index.hpp"
 #include "dae/index/hidden_constraints.hpp"
+#include "dae/index/near_singular.hpp"
 #include "dae/index/structural_index_check.hpp"
 #include "dae/model/model_key.hpp"
 #include "dae/model/parameter_values.hpp"
@@ -16,12 +16,10 @@
 #include "dae/pencil/pencil.hpp"
 #include "dae/points/consistent_point_rank.hpp"
 #include "dae/rank/rank.hpp"
-#include "dae/rank/rank_with_gap.hpp"
 #include "dae/regularise/least_norm.hpp"
 #include "dae/regularise/regularise.hpp"
 #include "dae/structure/signature.hpp"
 #include "expr/print/print.hpp"
-#include "expr/rewrite/rewrite.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -309,104 +307,6 @@ bool compare_regions(const Model& m, IndexResult& t) {
   return true;
 }
 
-std::string answer_text(int index, int dof) {
-  return text("index ", index, ", ", dof, dof == 1 ? " free initial value" : " free initial values");
-}
-
-/// The difference of two nearby numbers of 53 bits is a small multiple of their last one: 100·1.1 - 110 = 2⁻⁴⁶.
-/// What is computed otherwise has all bits.
-bool is_difference_of_roundings(double v) {
-  constexpr int bits = 10;
-  int exponent;
-  const double leading = std::ldexp(std::frexp(v, &exponent), bits);
-  return v != 0 && leading == std::round(leading);
-}
-
-/// Constants of the size of rounding errors, beside which the others of the equation are of size 1: 0.1 + 0.2 - 0.3.
-/// Decimals as typed are exact and do not count.
-std::vector<Expr> rounding_sized(Expr residual) {
-  constexpr double rounding = 64 * 2.2e-16, small_beside = 1e-6;
-  std::vector<Expr> small;
-  double largest = 1;
-  for (Expr node : topological({&residual, 1}))
-    if (node.is_constant()) largest = std::max(largest, std::fabs(constant_value(node)));
-  for (Expr node : topological({&residual, 1})) {
-    if (!node.is_constant() || exact_value(node)) continue;
-    const double share = std::fabs(constant_value(node)) / largest;
-    if (share <= rounding || (share <= small_beside && is_difference_of_roundings(constant_value(node))))
-      small.push_back(node);
-  }
-  return small;
-}
-
-/// Says what the index is if such constants are 0.
-void compare_without_rounding(const Model& m, IndexResult& t) {
-  Model other = m;
-  std::vector<std::string> words;
-  other.residuals = residuals_at_values(m);
-  for (std::size_t i = 0; i < m.residuals.size(); ++i) {
-    Substitution zero;
-    for (Expr c : rounding_sized(other.residuals[i])) {
-      zero[c] = Expr(0);
-      words.push_back(text(rounded(constant_value(c), 3), " in ", m.label(i)));
-    }
-    if (!zero.empty()) other.residuals[i] = simplify(substitute(other.residuals[i], zero));
-  }
-  if (words.empty()) return;
-  const std::string here = answer_text(t.index, t.dof), there = answer_in(other);
-  if (here != there)
-    t.notes.push_back(
-        text("near-singular: ", join(words, ", "),
-             words.size() == 1 ? " has the size of a rounding error" : " have the size of rounding errors",
-             "; as given: ", here, ", with 0 in ", words.size() == 1 ? "its" : "their", " place: ", there));
-}
-
-/// Rows and columns scaled so that the logarithms of the entries are balanced: units of unknowns and equations, however
-/// far apart, change nothing.
-Mat balanced(Mat J) {
-  constexpr int sweeps = 60;
-  const auto center = [](auto&& line) {
-    double sum = 0;
-    int count = 0;
-    for (Eigen::Index k = 0; k < line.size(); ++k)
-      if (line[k] != 0) {
-        sum += std::log(std::fabs(line[k]));
-        ++count;
-      }
-    if (count) line *= std::exp(-sum / count);
-  };
-  for (int sweep = 0; sweep < sweeps; ++sweep) {
-    for (Eigen::Index i = 0; i < J.rows(); ++i) center(J.row(i));
-    for (Eigen::Index j = 0; j < J.cols(); ++j) center(J.col(j));
-  }
-  return J;
-}
-
-/// Says what the index is if pivots that differ by more than rounding explains are counted as 0.
-void compare_numerically(const Model& m, const Analysis& a, IndexResult& t) {
-  if (m.variables.size() > array_affordable || !a.regular) return;
-  std::vector<Expr> slopes;
-  for (const Entry& e : a.jacobian) slopes.push_back(e.value);
-  slopes = at_values(slopes, m.values);
-  const auto values = pendula::evaluate(slopes, random_point(slopes, 0));
-  const auto n = static_cast<Eigen::Index>(m.variables.size());
-  Mat J = Mat::Zero(n, n);
-  for (std::size_t k = 0; k < values.size(); ++k) J(a.jacobian[k].row, a.jacobian[k].column) = values[k];
-  if (!J.allFinite() || rank_with_gap(balanced(J)).rank == n) return;
-  ArrayOptions numeric;
-  numeric.conditions = false;
-  numeric.numeric = true;
-  const ArrayResult array = derivative_array(m, numeric);
-  const std::string here = answer_text(t.index, t.dof);
-  const std::string there =
-      array.verdict == ArrayVerdict::determined ? answer_text(array.index, array.dof) : array.text;
-  if (here != there)
-    t.notes.push_back(
-        text("near-singular: the pivots of the system Jacobian differ by more than 10⁸ and the smallest is "
-             "lost in rounding; as given: ",
-             here, ", counted as 0: ", there));
-}
-
 struct Outcome {
   std::optional<IndexResult> result;
   std::string failure;
@@ -426,8 +326,12 @@ IndexResult differentiation_index(const Model& m, const Analysis& a) {
     try {
       outcome.result = find(m, a);
       if (m.invariants.empty() && !compare_regions(m, *outcome.result)) {
-        compare_without_rounding(m, *outcome.result);
-        if (m.form.empty()) compare_numerically(m, a, *outcome.result);
+        const auto add = [&](std::optional<std::string> note) {
+          if (note) outcome.result->notes.push_back(std::move(*note));
+        };
+        const std::string here = answer_text(outcome.result->index, outcome.result->dof);
+        add(note_on_rounding(m, here, answer_in));
+        if (m.form.empty()) add(note_on_pivots(m, a, here));
       }
     } catch (const Failure& e) {
       outcome.failure = e.what();

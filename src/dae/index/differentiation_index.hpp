@@ -4,8 +4,9 @@
 // (pencil/), ranks of the derivative array (array_index.hpp) at points that satisfy it (points/), the structural
 // analysis where its system Jacobian is regular (analysis/), and the structure of regularised equations
 // (regularise/). structural_index_check.hpp compares structure and derivative array; hidden_constraints.hpp and
-// array_conditions.hpp write the conditions on the states down. differentiation_index() here asks the methods in
-// an order from exact to numeric and says by which evidence the answer is known. docs/derivations.md#index.
+// array_conditions.hpp write the conditions on the states down; near_singular.hpp says what small numbers would change.
+// differentiation_index() here asks the methods in an order from exact to numeric and says by which evidence the answer
+// is known. docs/derivations.md#index.
 #pragma once
 
 #include "dae/analysis/analysis.hpp"

@@ -90,6 +90,18 @@ int to_semi_explicit(Call& call) { return call.push(dae::to_semi_explicit(model_
 int to_implicit(Call& call) { return call.push(dae::to_implicit(model_ptr(call))); }
 int to_first_order(Call& call) { return call.push(dae::to_first_order(model_ptr(call))); }
 
+static void require_regular_at(const dae::ModelPtr& model, const dae::ConsistentStatePtr& start) {
+  const dae::StructureReport there = dae::structure(model, start);
+  if (!there.analysis.regular)
+    throw Failure(
+        "the structural analysis of this model fails, so that a start adds nothing to sys:index(), "
+        "which looks at the derivative array");
+  if (there.gap == 0.0)
+    throw Failure(
+        "the system Jacobian is singular at this start, where the index changes; "
+        "sys:structure(start) says more");
+}
+
 /// A bare number cannot say that it holds on one branch or in one region only: that goes to the error stream.
 ///
 /// Nothing but the structure leads to an index where no values that satisfy the equations are found: it then asks for
@@ -97,9 +109,7 @@ int to_first_order(Call& call) { return call.push(dae::to_first_order(model_ptr(
 static dae::IndexResult index_with_warnings(Call& call) {
   dae::IndexResult known = dae::differentiation_index(model_of(call));
   const auto start = call.has(2) ? call.shared<dae::ConsistentState>(2, "start") : nullptr;
-  if (start && dae::structure(model_ptr(call), start).gap == 0.0)
-    throw Failure(
-        "the system Jacobian is singular at this start, where the index changes; sys:structure(start) says more");
+  if (start) require_regular_at(model_ptr(call), start);
   if (known.is_unconfirmed && !start)
     throw Failure(
         text("no values that satisfy the equations were found. If there are some, the structure says index ",

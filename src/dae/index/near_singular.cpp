@@ -1,0 +1,119 @@
+#include "dae/index/near_singular.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "base/text.hpp"
+#include "dae/index/array_index.hpp"
+#include "dae/model/parameter_values.hpp"
+#include "dae/rank/rank.hpp"
+#include "dae/rank/rank_with_gap.hpp"
+#include "expr/rewrite/rewrite.hpp"
+
+namespace pendula::dae {
+
+std::string answer_text(int index, int dof) {
+  return text("index ", index, ", ", dof, dof == 1 ? " free initial value" : " free initial values");
+}
+
+namespace {
+
+/// The difference of two nearby numbers of 53 bits is a small multiple of their last one: 100·1.1 - 110 = 2⁻⁴⁶. What is
+/// computed otherwise has all bits; one in 2⁴³ such numbers ends like this, too.
+bool is_difference_of_roundings(double v) {
+  constexpr int bits = 10;
+  int exponent;
+  const double leading = std::ldexp(std::frexp(v, &exponent), bits);
+  return v != 0 && leading == std::round(leading);
+}
+
+/// Constants of the size of rounding errors, beside which the others of the equation are of size 1: 0.1 + 0.2 - 0.3.
+/// Decimals as typed are exact and do not count.
+std::vector<Expr> rounding_sized(Expr residual) {
+  constexpr double rounding = 64 * 2.2e-16;
+  constexpr double small_beside =
+      1e-6;  // 2¹⁰ last bits of numbers up to 10⁷ times the largest one that is left
+  std::vector<Expr> small;
+  double largest = 1;
+  for (Expr node : topological({&residual, 1}))
+    if (node.is_constant()) largest = std::max(largest, std::fabs(constant_value(node)));
+  for (Expr node : topological({&residual, 1})) {
+    if (!node.is_constant() || exact_value(node)) continue;
+    const double share = std::fabs(constant_value(node)) / largest;
+    if (share <= rounding || (share <= small_beside && is_difference_of_roundings(constant_value(node))))
+      small.push_back(node);
+  }
+  return small;
+}
+
+/// Rows and columns scaled so that the logarithms of the entries are balanced: units of unknowns and equations, however
+/// far apart, change nothing.
+Mat balanced(Mat J) {
+  constexpr int sweeps = 60;
+  const auto center = [](auto&& line) {
+    double sum = 0;
+    int count = 0;
+    for (Eigen::Index k = 0; k < line.size(); ++k)
+      if (line[k] != 0) {
+        sum += std::log(std::fabs(line[k]));
+        ++count;
+      }
+    if (count) line *= std::exp(-sum / count);
+  };
+  for (int sweep = 0; sweep < sweeps; ++sweep) {
+    for (Eigen::Index i = 0; i < J.rows(); ++i) center(J.row(i));
+    for (Eigen::Index j = 0; j < J.cols(); ++j) center(J.col(j));
+  }
+  return J;
+}
+
+}  // namespace
+
+std::optional<std::string> note_on_rounding(const Model& m, const std::string& here,
+                                            const std::function<std::string(const Model&)>& answer_in) {
+  Model other = m;
+  std::vector<std::string> words;
+  other.residuals = residuals_at_values(m);
+  for (Expr& residual : other.residuals) {
+    Substitution zero;
+    for (Expr c : rounding_sized(residual)) {
+      zero[c] = Expr(0);
+      words.push_back(text(rounded(constant_value(c), 3), " in ",
+                           m.label(static_cast<std::size_t>(&residual - other.residuals.data()))));
+    }
+    if (!zero.empty()) residual = simplify(substitute(residual, zero));
+  }
+  if (words.empty()) return {};
+  const std::string there = answer_in(other);
+  if (here == there) return {};
+  return text("near-singular: ", join(words, ", "),
+              words.size() == 1 ? " has the size of a rounding error" : " have the size of rounding errors",
+              "; as given: ", here, ", with 0 in ", words.size() == 1 ? "its" : "their", " place: ", there);
+}
+
+std::optional<std::string> note_on_pivots(const Model& m, const Analysis& a, const std::string& here) {
+  constexpr std::size_t affordable = 12;  // unknowns
+  if (m.variables.size() > affordable || !a.regular) return {};
+  std::vector<Expr> slopes;
+  for (const Entry& e : a.jacobian) slopes.push_back(e.value);
+  slopes = at_values(slopes, m.values);
+  const auto values = pendula::evaluate(slopes, random_point(slopes, 0));
+  const auto n = static_cast<Eigen::Index>(m.variables.size());
+  Mat J = Mat::Zero(n, n);
+  for (std::size_t k = 0; k < values.size(); ++k) J(a.jacobian[k].row, a.jacobian[k].column) = values[k];
+  if (!J.allFinite() || rank_with_gap(balanced(J)).rank == n) return {};
+  ArrayOptions numeric;
+  numeric.conditions = false;
+  numeric.numeric = true;
+  const ArrayResult array = derivative_array(m, numeric);
+  const std::string there =
+      array.verdict == ArrayVerdict::determined ? answer_text(array.index, array.dof) : array.text;
+  if (here == there) return {};
+  return text(
+      "near-singular: the pivots of the system Jacobian differ by more than 10⁸ and the smallest is "
+      "lost in rounding; as given: ",
+      here, ", counted as 0: ", there);
+}
+
+}  // namespace pendula::dae
