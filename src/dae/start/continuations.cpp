@@ -84,24 +84,18 @@ std::vector<Cluster> clusters(const std::vector<Vec>& points, const std::vector<
 }
 
 /// The derivatives in which a cluster differs from the others.
-WayOn way_of(const Cluster& c, const std::vector<Cluster>& all, const std::vector<Expr>& leaves,
-             const Vec& size, const PointValues& point) {
-  std::vector<std::string> words, keys;
-  WayOn way{"", point, {}, ""};
+std::vector<Expr> differing(const Cluster& c, const std::vector<Cluster>& all,
+                            const std::vector<Expr>& leaves, const Vec& size) {
+  std::vector<Expr> list;
   for (Index j = 0; j < c.values.size(); ++j) {
-    const bool differs = std::any_of(all.begin(), all.end(), [&](const Cluster& other) {
-      return std::fabs(other.values[j] - c.values[j]) > same_derivative * (size[j] + std::fabs(c.values[j]));
-    });
-    const bool zero = std::fabs(c.values[j]) <= same_derivative * size[j];
-    if (!differs) continue;
-    const std::string value = rounded(zero ? 0 : c.values[j], 3);
-    words.push_back(text(to_text(leaves[j]), " = ", value));
-    keys.push_back(text(key_text(leaves[j]), " = ", value));
-    way.differs.push_back(leaves[j]);
+    if (std::none_of(all.begin(), all.end(), [&](const Cluster& other) {
+          return std::fabs(other.values[j] - c.values[j]) >
+                 same_derivative * (size[j] + std::fabs(c.values[j]));
+        }))
+      continue;
+    list.push_back(leaves[j]);
   }
-  way.text = join(words, ", ");
-  way.choice = text("{ ", join(keys, ", "), " }");
-  return way;
+  return list;
 }
 
 /// The derivatives of one order that the array has, and their columns.
@@ -123,14 +117,15 @@ Order of_order(const std::vector<Expr>& states, const std::vector<Expr>& all, in
 }
 
 /// The states are those of the point: the search has moved them a little.
-std::vector<WayOn> ways_of(const std::vector<Cluster>& found, const Order& order, const NumericArray& numeric,
+std::vector<WayOn> ways_of(const std::vector<Cluster>& found, const Order& order, const WayCheck& check,
                            const PointValues& point, std::size_t states) {
-  const auto& all = numeric.columns();
-  const Vec size = numeric.unit()(order.columns);
+  const auto& all = check.numeric().columns();
+  const Vec size = check.numeric().unit()(order.columns);
   std::vector<WayOn> ways;
   for (const Cluster& c : found) {
-    WayOn way = way_of(c, found, order.leaves, size, point);
+    WayOn way{"", point, {}, ""};
     for (std::size_t j = states; j < all.size(); ++j) way.values[all[j]] = c.point[static_cast<Index>(j)];
+    name_by(way, differing(c, found, order.leaves, size), check);
     ways.push_back(std::move(way));
   }
   std::sort(ways.begin(), ways.end(), [](const WayOn& a, const WayOn& b) { return a.text < b.text; });
@@ -193,25 +188,28 @@ std::vector<WayOn> ways_on(const Model& m, const PointValues& point) {
   for (const bool exact : {true, false})
     for (int k = 1; k <= most_derivatives; ++k) {
       const NumericArray& numeric = arrays->of_order(k);
+      const WayCheck check(m, numeric);
       const std::vector<Vec> points = points_near(numeric, static_cast<Index>(states.size()), point, exact);
       for (int order = 1; order <= k && !points.empty(); ++order) {
         const Order derivatives = of_order(states, numeric.columns(), order);
         std::vector<Cluster> found = clusters(points, derivatives.columns, numeric.unit());
         if (found.size() == 1) {
-          if (order == 1) only = ways_of(found, derivatives, numeric, point, states.size());
+          if (order == 1) only = ways_of(found, derivatives, check, point, states.size());
+          std::erase_if(only, [&](const WayOn& way) { return !check.goes_on(way); });
           continue;
         }
         only.clear();
         const auto alone = std::erase_if(found, [](const Cluster& c) { return c.count == 1; });
         const bool clear = found.size() >= 2 && found.size() <= most && 3 * alone <= points.size();
         if (!clear) break;
-        auto ways = ways_of(found, derivatives, numeric, point, states.size());
-        const WayCheck check(m, numeric);
-        std::erase_if(ways, [&](const WayOn& way) { return !check.holds(way); });
+        auto ways = ways_of(found, derivatives, check, point, states.size());
+        std::erase_if(ways, [&](const WayOn& way) { return !check.holds(way) || !check.goes_on(way); });
+        if (ways.size() == 1) name_by(ways[0], undetermined(m, point), check);
         if (!ways.empty()) return ways;
         break;
       }
     }
+  for (WayOn& way : only) name_by(way, undetermined(m, point), WayCheck(m, arrays->of_order(1)));
   return only;
 }
 
@@ -313,19 +311,27 @@ std::optional<double> meeting_time(const Model& m, const WayExpansion& way, cons
 
 PointValues WayExpansion::at(double time, int highest) const {
   PointValues values{{time_symbol(), time}};
+  for (const auto& [leaf, d] : about(time).derivatives)
+    for (std::size_t order = 0; order < d.size() && order <= static_cast<std::size_t>(highest); ++order)
+      // x′ that is a state itself has one term more than the derivative of x
+      if (order == 0)
+        values[leaf] = d[0];
+      else
+        values.try_emplace(derivative_leaf(leaf, static_cast<int>(order)), d[order]);
+  return values;
+}
+
+WayExpansion WayExpansion::about(double time) const {
+  WayExpansion moved{time, derivatives};
   const double h = time - t;
-  for (const auto& [leaf, d] : derivatives)
-    for (std::size_t order = 0; order < d.size() && order <= static_cast<std::size_t>(highest); ++order) {
+  for (auto& [leaf, d] : moved.derivatives)
+    for (std::size_t order = 0; order < d.size(); ++order) {
       double value = 0;
       for (std::size_t k = d.size(); k-- > order;)
         value = d[k] + value * h / static_cast<double>(k - order + 1);
-      // x′ that is a state itself has one term more than the derivative of x
-      if (order == 0)
-        values[leaf] = value;
-      else
-        values.try_emplace(derivative_leaf(leaf, static_cast<int>(order)), value);
+      d[order] = value;
     }
-  return values;
+  return moved;
 }
 
 double WayExpansion::last_terms(std::size_t leaf, double distance) const {

@@ -11,14 +11,14 @@ NumericArrays::NumericArrays(const Model& model)
     : array_(model.residuals, model.variables), held_(model.states()) {}
 
 NumericArrays::Level& NumericArrays::level(int k) {
-  while (std::ssize(levels_) < k) {
-    array_.extend();
+  while (std::ssize(levels_) <= k) {
+    if (!levels_.empty()) array_.extend();
     std::vector<Expr> columns = held_;
     for (Expr leaf : array_.columns())
       if (std::find(held_.begin(), held_.end(), leaf) == held_.end()) columns.push_back(leaf);
     levels_.push_back({array_.rows(), std::move(columns), nullptr});
   }
-  return levels_.at(k - 1);
+  return levels_.at(k);
 }
 
 const NumericArray& NumericArrays::of_order(int k) {

@@ -1,4 +1,4 @@
-// The derivative arrays of a model in numbers, F_1, F_2 … as far as they have been asked for.
+// The derivative arrays of a model in numbers, F_0, F_1 … as far as they have been asked for.
 #pragma once
 
 #include <memory>

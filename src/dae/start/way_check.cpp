@@ -3,6 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/text.hpp"
+#include "dae/model/lineage.hpp"
+#include "dae/rank/rank.hpp"
+#include "dae/rank/rank_with_gap.hpp"
+#include "dae/reduce/reduce.hpp"
+#include "dae/start/numeric_arrays.hpp"
+#include "expr/print/print.hpp"
+
 namespace pendula::dae {
 
 WayCheck::WayCheck(const Model& model, const NumericArray& numeric)
@@ -32,6 +40,30 @@ bool WayCheck::holds(const WayOn& way) const {
     }
   }
   return true;
+}
+
+bool WayCheck::goes_on(const WayOn& way) const {
+  return goes_on(way, expansion(model_, way, true).value_or(straight(way)));
+}
+
+/// Where no solution is near, residuals remain, or the nearest point that solves the equations is the meeting itself.
+bool WayCheck::goes_on(const WayOn& way, const WayExpansion& along) const {
+  constexpr double ahead = 0.01, share = 0.1;  // of the time of change; of the change until then
+  const NumericArray& equations = numeric_arrays(model_)->of_order(0);
+  PointValues values = way.values;
+  for (const auto& [leaf, value] : along.at(way.values.at(time_symbol()) + ahead * scale_))
+    values[leaf] = value;
+  auto known = equations.known(0);
+  for (auto& [leaf, value] : known)
+    if (const auto given = values.find(leaf); given != values.end()) value = given->second;
+  Vec w(static_cast<Eigen::Index>(equations.columns().size()));
+  for (Eigen::Index j = 0; j < w.size(); ++j) {
+    const auto given = values.find(equations.columns()[j]);
+    if (given == values.end()) return true;  // nothing tells where to look
+    w[j] = given->second;
+  }
+  const auto there = equations.project(w, known, 0);
+  return there && ((there->w - w).cwiseAbs().array() <= share * ahead * equations.unit().array()).all();
 }
 
 WayExpansion WayCheck::straight(const WayOn& way) const {
@@ -75,6 +107,51 @@ Vec WayCheck::residuals(const WayOn& way, const WayExpansion& along, double h) c
   for (const auto& [leaf, value] : along.at(along.t + h)) values[leaf] = value;
   const auto r = evaluate(model_.residuals, values);
   return Eigen::Map<const Vec>(r.data(), static_cast<Eigen::Index>(r.size()));
+}
+
+std::vector<Expr> undetermined(const Model& m, const PointValues& at) {
+  constexpr double vanishing = 1e-5;  // the place is known to some digits
+  std::vector<Expr> slopes, leaves;
+  for (Expr top : m.top_derivatives()) leaves.push_back(derivative_leaf(top));
+  for (Expr z : m.algebraic()) leaves.push_back(derivative_leaf(z));
+  const std::vector<Entry> entries = top_jacobian(m);
+  for (const Entry& e : entries) slopes.push_back(e.value);
+  const auto numbers = pendula::evaluate(slopes, at);
+  Mat J = Mat::Zero(std::ssize(m.residuals), std::ssize(leaves));
+  for (std::size_t k = 0; k < entries.size(); ++k)
+    if (std::fabs(numbers[k]) > vanishing) J(entries[k].row, entries[k].column) = numbers[k];
+  const Mat N = null_space(equilibrated(J));
+  const auto tops = std::ssize(m.top_derivatives());
+  std::vector<Expr> open;
+  for (Eigen::Index i = N.rows(); i-- > 0 && N.cols() > 0;)
+    if (N.row(i).norm() >= vanishing && (i >= tops || open.empty())) open.push_back(leaves[i]);
+  return open;
+}
+
+void name_by(WayOn& way, const std::vector<Expr>& leaves, const WayCheck& check) {
+  std::vector<std::string> words, keys;
+  way.differs.clear();
+  for (Expr leaf : leaves) {
+    const auto value = way.values.find(leaf);
+    if (value == way.values.end()) continue;
+    const bool zero = std::fabs(value->second) <= same_derivative * check.unit_of(leaf);
+    const std::string digits = rounded(zero ? 0 : value->second, 3);
+    words.push_back(text(to_text(leaf), " = ", digits));
+    keys.push_back(text(key_text(leaf), " = ", digits));
+    way.differs.push_back(leaf);
+  }
+  way.text = join(words, ", ");
+  way.choice = text("{ ", join(keys, ", "), " }");
+}
+
+std::optional<WayOn> arrived_way(const Model& m, const PointValues& at, const WayExpansion& arrived) {
+  WayOn way{"", at, {}, ""};
+  for (const auto& [leaf, value] : arrived.at(at.at(time_symbol()))) way.values[leaf] = value;
+  const auto arrays = numeric_arrays(m);
+  const WayCheck check(m, arrays->of_order(1));
+  name_by(way, undetermined(m, at), check);
+  if (way.text.empty() || !check.goes_on(way, arrived)) return {};
+  return way;
 }
 
 }  // namespace pendula::dae

@@ -19,8 +19,15 @@ class WayCheck {
   /// the point the residuals grow where it is changed by a tenth, in either direction.
   bool holds(const WayOn& way) const;
 
- private:
+  /// The equations have a solution beside the way a little later: none near z = 0 where z² = -t³. Values of every
+  /// unknown and derivative are moved as little as possible (Gauss-Newton).
+  bool goes_on(const WayOn& way, const WayExpansion& along) const;
+  bool goes_on(const WayOn& way) const;
+
+  const NumericArray& numeric() const { return numeric_; }
   double unit_of(Expr leaf) const;
+
+ private:
   WayExpansion straight(const WayOn& way) const;
   struct Place {
     std::size_t leaf, order;  ///< in the lists of an expansion
@@ -32,5 +39,12 @@ class WayCheck {
   const NumericArray& numeric_;
   double scale_;  ///< of time, in which an unknown changes by its unit
 };
+
+/// The derivatives that the equations leave open where ∂F/∂(x′, z) loses rank: z′ of the algebraic variables in its null
+/// space, x″ where there are none. values: of every leaf of the equations.
+std::vector<Expr> undetermined(const Model& model, const PointValues& values);
+
+/// Names a way by its values of these derivatives, where it has them.
+void name_by(WayOn& way, const std::vector<Expr>& leaves, const WayCheck& check);
 
 }  // namespace pendula::dae

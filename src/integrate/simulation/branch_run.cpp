@@ -65,7 +65,7 @@ class Approach {
       const double to = meeting.value_or(way->t + distance);
       steps_.emplace_back(*way, to);
       for (const auto& [leaf, value] : way->at(to)) here[leaf] = value;
-      if (meeting) return at_meeting(std::move(here));
+      if (meeting) return arrived_at(std::move(here), *meeting);
     }
     return "too many steps";
   }
@@ -118,7 +118,18 @@ class Approach {
         sizes_[leaf] = std::max(sizes_[leaf], std::fabs(value));
   }
 
-  std::string at_meeting(dae::PointValues here) {
+  /// Where derivatives tell of no way, the solution that arrives may be one.
+  std::string arrived_at(dae::PointValues here, double meeting) {
+    std::string why = at_meeting(here);
+    if (!ways_.empty()) return why;
+    const auto way = dae::arrived_way(model_, here, arrived_);
+    if (!way) return why;
+    ways_ = {*way};
+    expansions_ = {arrived_.about(meeting)};
+    return "";
+  }
+
+  std::string at_meeting(const dae::PointValues& here) {
     expansions_.clear();
     ways_ = dae::ways_on(model_, here);
     if (ways_.empty()) return "no way on was found";
@@ -389,8 +400,10 @@ std::string ways_on_text(const dae::ModelPtr& model, const Simulation& simulatio
     }
   }
   const bool arrived = !ways.empty();
-  if (here && ways.size() < 2)
-    ways = dae::ways_on(*model, values_at(solution.problem(), *simulation.start, point));
+  if (here && ways.size() < 2) {
+    auto at_end = dae::ways_on(*model, values_at(solution.problem(), *simulation.start, point));
+    if (at_end.size() > 1) ways = std::move(at_end);
+  }
   if (arrived && ways.size() == 1 && !ways[0].text.empty())
     return text("; a solution goes on ", where, " with ", ways[0].text, " (branch = \"smooth\" follows it)");
   if (ways.size() < 2) return "";

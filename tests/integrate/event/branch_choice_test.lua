@@ -57,6 +57,44 @@ test("only solutions are named as ways on, multiple roots or not", function()
   expect(status:find "z′ = 0%.0"):is_nil()
 end)
 
+-- A pitchfork: z = 0 goes on, z = ±√x leaves with an infinite slope, which no list of derivatives shows.
+test("a solution that goes on where others leave with infinite slope, in units of x and t", function()
+  for _, unit in ipairs { { 1e-9, 1e-6 }, { 1, 1 }, { 1e6, 1 } } do
+    local u, T = unit[1], unit[2]
+    local fork = dae { der(x) ~ u/T, 0 ~ z*(x - u*z^2) }
+    local run = { start = { x = -u, z = 0 }, to = 2*T }
+    for _, method in ipairs(methods) do
+      run.method, run.branch = method, nil
+      local label = ("%s u = %g T = %g: "):format(method, u, T)
+      expect(label .. fork:integrate(run).status):matches "a solution goes on there with z′ = 0 %(branch = "
+      run.branch = "smooth"
+      local sol = fork:integrate(run)
+      expect(label .. sol.status):equals(label .. "finished")
+      expect(sol(z, 2*T)):near(0, 1e-9)
+    end
+  end
+  -- slowly through one that moves, z = sin y: the value of a run of z = sin y alone
+  local y = var "y"
+  local moving = dae { der(x) ~ 1 + 0.1*y, der(y) ~ z - y, 0 ~ (z - sin(y))*(x - (z - sin(y))^2) }
+  local alone = dae { der(x) ~ 1 + 0.1*y, der(y) ~ sin(y) - y }
+  local start = moving:init { fix = { x = -1, y = 0.5 }, guess = { z = 0.5 } }
+  local at = moving:integrate{ start = start, to = 3 }.status
+  expect(at):matches "a solution goes on there with z′ = %-0.0163 "
+  local sol = moving:integrate { start = start, to = 3, rtol = 1e-8, branch = "smooth" }
+  expect(sol(y, 3)):near(alone:integrate{ start = { x = -1, y = 0.5 }, to = 3, rtol = 1e-10 }(y, 3), 1e-7)
+end)
+
+test("a way that ends where it begins is not named", function()
+  for _, u in ipairs { 1e-9, 1, 1e6 } do
+    local cusp = dae { der(x) ~ -u, 0 ~ u*z^2 - x^3 }             -- no real z where x < 0
+    local status = cusp:integrate{ start = { x = u, z = u }, to = 2 }.status
+    expect(status):matches "^stopped at t = 1"
+    expect(status:find "goes? on"):is_nil()
+    local smooth = cusp:integrate { start = { x = u, z = u }, to = 2, branch = "smooth" }
+    expect(smooth.status):matches "no way on was found"
+  end
+end)
+
 test("branches that touch differ in the second derivative", function()
   local sys = dae { der(x) ~ 1, 0 ~ z*(z - x^2) }
   local start = { x = -1, z = 1 }
