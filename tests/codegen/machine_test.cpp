@@ -35,7 +35,8 @@ struct Pair {
 
   /// The number of outputs that differ at this point.
   int differences(const std::vector<double>& in) const {
-    std::vector<double> work(tape.workspace_size()), slow(kernel.outputs()), fast(kernel.outputs());
+    std::vector<double> work(tape.workspace_size() + kernel.workspace_size()), slow(kernel.outputs()),
+        fast(kernel.outputs());
     tape.run(in.data(), slow.data(), work.data());
     kernel.run(in.data(), fast.data(), work.data());
     int count = 0;

@@ -16,6 +16,10 @@
 
 namespace pendula::codegen {
 
+/// exact: a / b is rounded once. shared: what divides several times, or is a constant, becomes a factor; on the tape
+/// and in machine code alike.
+enum class Divisions { exact, shared };
+
 class Kernel {
  public:
   Kernel() = default;
@@ -24,7 +28,7 @@ class Kernel {
   /// parameters are always inputs. Throws Error naming a leaf that is not among the inputs, or an unspecified
   /// function. Cost: linear in the number of nodes (10⁶ nodes: under a second); nothing if the same outputs
   /// and inputs were compiled before and are still remembered.
-  Kernel(std::span<const Expr> outputs, std::span<const Expr> inputs);
+  Kernel(std::span<const Expr> outputs, std::span<const Expr> inputs, Divisions divisions = Divisions::exact);
 
   std::size_t inputs() const { return input_count_; }
   std::size_t outputs() const { return output_count_; }

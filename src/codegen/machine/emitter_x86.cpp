@@ -14,6 +14,9 @@ using namespace asmjit;
 Emitter::Emitter(const Program& program, const Isa& isa, CodeHolder& code)
     : p_(program),
       isa_(isa),
+      now_(&isa),
+      wide_values_(std::any_of(program.instructions.begin(), program.instructions.end(),
+                               [](const Instruction& i) { return i.wide; })),
       values_(isa.lanes == 8 ? 30 : 14),
       A_(values_),
       B_(values_ + 1),
@@ -32,9 +35,13 @@ void Emitter::emit_all() {
   a_.mov(x86::rbx, x86::rdi);
   a_.mov(x86::r12, x86::rsi);
   a_.mov(x86::r13, x86::rdx);
+  if (wide_values_) {  // wide slots lie in one line of the cache each
+    a_.add(x86::r13, 8 * Instruction::width - 1);
+    a_.and_(x86::r13, -8 * Instruction::width);
+  }
   copy_leaf_results();
   for (Slot i : order_) emit(p_.first_instruction() + i, p_.instructions[i]);
-  if (isa_.lanes > 1) a_.vzeroupper();
+  if (isa_.lanes > 1 || wide_values_) a_.vzeroupper();
   a_.pop(x86::r13);
   a_.pop(x86::r12);
   a_.pop(x86::rbx);
@@ -45,18 +52,21 @@ void Emitter::emit_all() {
 // ── registers ───────────────────────────────────────────────────────────────────────────────────────────────
 
 void Emitter::load(int r, Slot value) {
+  const Isa& isa = isa_of(value);
   if (const int from = r_.of(value); from >= 0) {
-    if (from != r) a_.emit(isa_.copy, reg(r), reg(from));
+    if (from != r) a_.emit(isa.copy, reg(r, isa), reg(from, isa));
   } else {
-    a_.emit(isa_.load, reg(r), at(r_.home(value)));
+    a_.emit(isa.load, reg(r, isa), at(r_.home(value), isa));
   }
 }
 
 void Emitter::keep(int r) {
-  Home& home = r_.home(r_.in(r));
+  const Slot value = r_.in(r);
+  Home& home = r_.home(value);
   if (home) return;
-  home = {Home::Array::work, r_.new_slot()};
-  a_.emit(isa_.store, at(home), reg(r));
+  const Isa& isa = isa_of(value);
+  home = {Home::Array::work, r_.is_wide(value) ? r_.new_wide_slot() : r_.new_slot()};
+  a_.emit(isa.store, at(home, isa), reg(r, isa));
 }
 
 int Emitter::take(unsigned pinned) {
@@ -90,11 +100,14 @@ void Emitter::leave_registers() {
 
 void Emitter::result_positions() {
   outputs_of_.assign(p_.first_instruction() + p_.instructions.size() + 1, 0);
-  for (Slot value : p_.results) ++outputs_of_[value + 1];
+  for (const auto& [value, first] : p_.wide_results) wide_outputs_.emplace(value, first);
+  for (Slot value : p_.results)
+    if (value != Program::elsewhere) ++outputs_of_[value + 1];
   for (std::size_t i = 1; i < outputs_of_.size(); ++i) outputs_of_[i] += outputs_of_[i - 1];
   outputs_.resize(p_.results.size());
   std::vector<Slot> next(outputs_of_.begin(), outputs_of_.end() - 1);
-  for (Slot k = 0; k < p_.results.size(); ++k) outputs_[next[p_.results[k]]++] = k;
+  for (Slot k = 0; k < p_.results.size(); ++k)
+    if (p_.results[k] != Program::elsewhere) outputs_[next[p_.results[k]]++] = k;
 }
 
 void Emitter::copy_leaf_results() {
@@ -131,6 +144,14 @@ void Emitter::finish(Slot value, int r) {
     a_.emit(isa_.store, at(out), reg(r));
     r_.home(value) = out;
   }
+  if (r_.is_wide(value)) {
+    const auto [first, last] = wide_outputs_.equal_range(value);
+    for (auto output = first; output != last; ++output) {
+      const Home out{Home::Array::output, output->second};
+      a_.emit(now_->store, at(out), reg(r));
+      r_.home(value) = out;
+    }
+  }
   if (r_.alive(value)) r_.assign(r, value);
 }
 
@@ -149,6 +170,7 @@ void Emitter::emit_call(Slot value, const Instruction& i) {
   leave_registers();
   a_.emit(isa_.copy, reg(0), reg(B_));
   if (i.operands() > 1) a_.emit(isa_.copy, reg(1), reg(A_));
+  if (wide_values_) a_.vzeroupper();
   call(isa_.lanes > 1 ? lane_function(i.op, isa_.lanes) : scalar_function(i.op));
   finish(value, 0);
 }
@@ -172,6 +194,7 @@ void Emitter::emit_pair(Slot value, Slot partner, const Instruction& i) {
   consume(i);
   leave_registers();
   a_.emit(isa_.copy, reg(0), reg(B_));
+  if (wide_values_) a_.vzeroupper();
   call(sincos_function());
   finish(i.op == Op::sin ? value : partner, 0);
   finish(i.op == Op::sin ? partner : value, 1);
@@ -187,7 +210,7 @@ void Emitter::emit_linear(Slot value, const Instruction& i) {
   const Home factors = i.part == Part::solve ? r_.home(i.operand[0]) : Home{};
   consume(i);
   leave_registers();
-  if (isa_.lanes > 1) a_.vzeroupper();
+  if (isa_.lanes > 1 || wide_values_) a_.vzeroupper();
   const Home result{Home::Array::work, region};
   a_.lea(x86::rdi, at(result));
   a_.mov(x86::esi, Imm(i.size));
@@ -208,22 +231,29 @@ void Emitter::emit_linear(Slot value, const Instruction& i) {
   }
 }
 
+void Emitter::emit_component(Slot value, const Instruction& i) {
+  if (const int r = r_.of(i.operand[0]); r >= 0 && r_.is_wide(i.operand[0])) keep(r);
+  Home home = r_.home(i.operand[0]);
+  home.index += i.operand[1];
+  r_.home(value) = home;
+  consume(i);
+  if (outputs_of_[value] == outputs_of_[value + 1]) return;
+  a_.emit(isa_.load, reg(B_), at(home));
+  for (Slot k = outputs_of_[value]; k < outputs_of_[value + 1]; ++k)
+    a_.emit(isa_.store, at({Home::Array::output, outputs_[k]}), reg(B_));
+}
+
 void Emitter::emit(Slot value, const Instruction& i) {
   r_.next_instruction();
+  now_ = i.wide ? &avx4 : &isa_;
   if (i.part == Part::factor || i.part == Part::solve) {
     emit_linear(value, i);
   } else if (i.part == Part::component) {
-    Home home = r_.home(i.operand[0]);
-    home.index += i.operand[1];
-    r_.home(value) = home;
-    consume(i);
-    if (outputs_of_[value] < outputs_of_[value + 1]) {
-      a_.emit(isa_.load, reg(B_), at(home));
-      for (Slot k = outputs_of_[value]; k < outputs_of_[value + 1]; ++k)
-        a_.emit(isa_.store, at({Home::Array::output, outputs_[k]}), reg(B_));
-    }
+    emit_component(value, i);
   } else if (i.part == Part::fused) {
     finish(value, emit_fused(i));
+  } else if (i.part == Part::gather) {
+    finish(value, emit_gather(i));
   } else if (const auto pair = partner_.find(value); pair != partner_.end()) {
     emit_pair(value, pair->second, i);
   } else if (is_call(i)) {

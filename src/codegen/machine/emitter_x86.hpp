@@ -20,19 +20,24 @@ class Emitter {
   Emitter(const Program& program, const Isa& isa, asmjit::CodeHolder& code);
   void emit_all();
 
-  std::size_t work_numbers() const { return r_.work_size() * static_cast<std::size_t>(isa_.lanes); }
+  std::size_t work_numbers() const {
+    return r_.work_size() * static_cast<std::size_t>(isa_.lanes) + (wide_values_ ? Instruction::width : 0);
+  }
 
  private:
   // ── memory and registers ──
-  x86::Vec reg(int r) const {
+  x86::Vec reg(int r) const { return reg(r, *now_); }
+  static x86::Vec reg(int r, const Isa& isa) {
     const auto id = static_cast<std::uint32_t>(r);
-    return isa_.lanes == 8   ? x86::Vec(x86::zmm(id))
-           : isa_.lanes == 4 ? x86::Vec(x86::ymm(id))
-                             : x86::Vec(x86::xmm(id));
+    return isa.lanes == 8   ? x86::Vec(x86::zmm(id))
+           : isa.lanes == 4 ? x86::Vec(x86::ymm(id))
+                            : x86::Vec(x86::xmm(id));
   }
-  x86::Mem at(Home home) const {
+  x86::Mem at(Home home) const { return at(home, *now_); }
+  /// Wide values of code for one point take as many numbers as they have.
+  x86::Mem at(Home home, const Isa& isa) const {
     const auto offset = static_cast<std::int32_t>(home.index) * 8 * isa_.lanes;
-    const auto size = static_cast<std::uint32_t>(8 * isa_.lanes);
+    const auto size = static_cast<std::uint32_t>(8 * isa.lanes);
     switch (home.array) {
       case Home::Array::input:
         return x86::ptr(x86::rbx, offset, size);
@@ -52,8 +57,9 @@ class Emitter {
   }
   x86::Mem mask(Mask m) const {
     return x86::ptr(constants_, 8 * mask_numbers * m,
-                    static_cast<std::uint32_t>(std::max(2, isa_.lanes) * 8));
+                    static_cast<std::uint32_t>(std::max(2, now_->lanes) * 8));
   }
+  const Isa& isa_of(Slot value) const { return r_.is_wide(value) ? avx4 : isa_; }
 
   void load(int r, Slot value);
   void keep(int r);           ///< gives the value of a register a home
@@ -69,7 +75,7 @@ class Emitter {
   void three(x86::Inst::Id op, int d, int a, const Operand& b);
   void compare(int d, int a, const Operand& b, unsigned predicate);
   Operand zero_number() const {
-    return x86::ptr(constants_, 8 * mask_numbers * zero, static_cast<std::uint32_t>(8 * isa_.lanes));
+    return x86::ptr(constants_, 8 * mask_numbers * zero, static_cast<std::uint32_t>(8 * now_->lanes));
   }
 
   // Each leaves its result in the register that it returns; instructions_x86.cpp.
@@ -78,11 +84,14 @@ class Emitter {
   int emit_logic(const Instruction& i);
   int emit_choice(const Instruction& i, int ra, int rb, int rc);
   int emit_fused(const Instruction& i);
+  int emit_gather(const Instruction& i);
+  void insert_pair(int r, Slot low, Slot high);
 
   void emit(Slot value, const Instruction& i);
   void emit_call(Slot value, const Instruction& i);
   void emit_pair(Slot value, Slot partner, const Instruction& i);
   void emit_linear(Slot value, const Instruction& i);
+  void emit_component(Slot value, const Instruction& i);
   void pair_functions();
   void finish(Slot value, int r);
   void leave_registers();
@@ -96,6 +105,8 @@ class Emitter {
 
   const Program& p_;
   const Isa& isa_;
+  const Isa* now_;          ///< of the instruction in hand
+  const bool wide_values_;  ///< the program has wide instructions
   const int values_, A_, B_;
   x86::Assembler a_;
   std::vector<Slot> order_;
@@ -103,6 +114,7 @@ class Emitter {
   asmjit::Label constants_;
   std::unordered_map<Slot, Slot> partner_;  ///< of sin(a) and cos(a): the one that comes later
   std::vector<Slot> outputs_, outputs_of_;  ///< positions of outputs, value by value
+  std::unordered_multimap<Slot, Slot> wide_outputs_;
 };
 
 }  // namespace pendula::codegen

@@ -5,6 +5,7 @@
 #include "codegen/machine/emitter_x86.hpp"
 #include "codegen/machine/functions.hpp"
 #include "codegen/program/contract.hpp"
+#include "codegen/program/packs.hpp"
 
 namespace pendula::codegen {
 namespace {
@@ -64,7 +65,8 @@ std::unique_ptr<const Machine> Machine::compile(const Program& program, int lane
     return compile(contracted(program), lanes, Rounding::exact);
   CodeHolder code;
   if (code.init(runtime().environment()) != kErrorOk) return nullptr;
-  Emitter emitter(program, *isa, code);
+  const Program& source = lanes == 1 && isa->vex ? packed(program) : program;
+  Emitter emitter(source, *isa, code);
   emitter.emit_all();
   Function function = nullptr;
   if (runtime().add(&function, &code) != kErrorOk) return nullptr;

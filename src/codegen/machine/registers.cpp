@@ -43,6 +43,13 @@ Registers::Registers(const Program& program, const std::vector<Slot>& order, int
   for (Slot v = 0; v < first; ++v)
     home_[v] = v < program.inputs ? Home{Home::Array::input, v}
                                   : Home{Home::Array::constant, static_cast<Slot>(v - program.inputs)};
+  wide_.assign(n, 0);
+  shared_.assign(n, 0);
+  for (Slot v = first; v < n; ++v) {
+    const Instruction& i = program.of(v);
+    wide_[v] = i.wide;
+    if (i.part == Part::component && program.of(i.operand[0]).wide) shared_[v] = shared_[i.operand[0]] = 1;
+  }
   next_.assign(n + 1, 0);
   for (const Instruction& i : program.instructions) program.each_operand(i, [&](Slot v) { ++next_[v + 1]; });
   std::partial_sum(next_.begin(), next_.end(), next_.begin());
@@ -60,12 +67,15 @@ void Registers::used(Slot value) {
 void Registers::next_instruction() {
   free_slots_.insert(free_slots_.end(), freed_.begin(), freed_.end());
   freed_.clear();
+  free_wide_.insert(free_wide_.end(), freed_wide_.begin(), freed_wide_.end());
+  freed_wide_.clear();
 }
 
 void Registers::release(Slot value) {
   if (register_[value] >= 0) empty(register_[value]);
   Home& home = home_[value];
-  if (home.array == Home::Array::work) freed_.push_back(home.index);
+  if (home.array == Home::Array::work && !shared_[value])
+    (wide_[value] ? freed_wide_ : freed_).push_back(home.index);
   home = {};
 }
 
@@ -104,6 +114,17 @@ Slot Registers::new_slot(int numbers) {
   const Slot slot = work_;
   work_ += static_cast<Slot>(numbers);
   return slot;
+}
+
+Slot Registers::new_wide_slot() {
+  if (!free_wide_.empty()) {
+    const Slot slot = free_wide_.back();
+    free_wide_.pop_back();
+    return slot;
+  }
+  for (; work_ % Instruction::width != 0; ++work_) free_slots_.push_back(work_);
+  work_ += Instruction::width;
+  return work_ - Instruction::width;
 }
 
 }  // namespace pendula::codegen

@@ -30,6 +30,7 @@ class Registers {
   int of(Slot value) const { return register_[value]; }  ///< -1: in memory only
   Slot in(int r) const { return value_[r]; }             ///< never: free
   Home& home(Slot value) { return home_[value]; }
+  bool is_wide(Slot value) const { return wide_[value]; }
   bool alive(Slot value) const { return next_[value] < last_[value]; }
 
   /// An operand was read: after its last use its register is free, and its slot from the next instruction on
@@ -44,6 +45,7 @@ class Registers {
   int furthest(unsigned pinned) const;
 
   Slot new_slot(int numbers = 1);
+  Slot new_wide_slot();  ///< on a border of as many numbers as it has
   std::size_t work_size() const { return work_; }
 
  private:
@@ -51,7 +53,9 @@ class Registers {
   std::vector<Slot> value_;
   std::vector<Home> home_;
   std::vector<Slot> uses_, next_, last_;  ///< positions of uses, value by value
-  std::vector<Slot> free_slots_, freed_;
+  std::vector<char> shared_;              ///< values whose slots are read under other names, too: they stay
+  std::vector<char> wide_;
+  std::vector<Slot> free_slots_, free_wide_, freed_, freed_wide_;
   Slot work_ = 0;
 };
 

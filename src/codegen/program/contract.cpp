@@ -136,6 +136,7 @@ class Contraction {
 
 }  // namespace
 
-Program contracted(const Program& program) { return Contraction(Reciprocals(program).result()).result(); }
+Program with_shared_reciprocals(const Program& program) { return Reciprocals(program).result(); }
+Program contracted(const Program& program) { return Contraction(with_shared_reciprocals(program)).result(); }
 
 }  // namespace pendula::codegen

@@ -40,8 +40,8 @@ EventFinder::Root EventFinder::locate(Stepper& stepper, const StepView& step, in
 /// Where g touches or crosses zero between two samples of one sign, by the sign of its slope. Nowhere, where even
 /// the tangents at both sides of a small part meet well above zero: a curve that bends upwards lies above them. One
 /// that bends both ways between the sides, as a sine does, need not: its chord is steeper than a tangent.
-std::optional<double> EventFinder::dip(Stepper& stepper, const StepView& step, int which, const Sample& a,
-                                       const Sample& b) {
+EventFinder::Dip EventFinder::dip(Stepper& stepper, const StepView& step, int which, const Sample& a,
+                                  const Sample& b, Detail detail) {
   constexpr double well = 0.5;   // of the smaller value
   constexpr int small_part = 6;  // halvings: over a long step a curve may bend as it likes
   const auto i = static_cast<std::size_t>(which);
@@ -55,15 +55,32 @@ std::optional<double> EventFinder::dip(Stepper& stepper, const StepView& step, i
     const bool bends_up = low.slope <= chord && chord <= high.slope;
     const double to_meeting = (high.g - low.g - high.slope * (high.t - low.t)) / (low.slope - high.slope);
     const bool small = k >= small_part;
-    if (small && bends_up && low.g + low.slope * to_meeting > well * std::min(low.g, high.g)) return {};
+    if (small && bends_up && low.g + low.slope * to_meeting > well * std::min(low.g, high.g))
+      return {{}, low.t, sign * low.g};
     const double t = (low.t + high.t) / 2;
-    const double g = sign * value(stepper, step, which, t);
-    if (g < 0) return t;
+    sample(stepper, step, t, detail, probe_);
+    const double g = sign * probe_.g[i];
+    if (g < 0) return {t, t, sign * g};
     if (measured_[i]) measure_slopes(stepper, step, t, probe_);
     const Side middle{t, g, sign * probe_.slope[i]};
     (middle.slope < 0 ? low : high) = middle;
   }
-  return {};
+  return {{}, low.t, 0};
+}
+
+/// The same of the solution. A sketch of the step costs no evaluation of the equations: where it stays well above zero
+/// and the solution agrees with it beside its lowest point, that is the answer.
+std::optional<double> EventFinder::bottom(Stepper& stepper, const StepView& step, int which, const Sample& a,
+                                          const Sample& b) {
+  constexpr double close = 0.125;  // of g; beside the half that `well` leaves
+  const auto i = static_cast<std::size_t>(which);
+  if (!measured_[i]) {
+    const Dip sketch = dip(stepper, step, which, a, b, Detail::sketch);
+    if (!sketch.below && sketch.lowest != 0 &&
+        std::fabs(value(stepper, step, which, sketch.t) - sketch.lowest) <= close * std::fabs(sketch.lowest))
+      return {};
+  }
+  return dip(stepper, step, which, a, b, Detail::state).below;
 }
 
 std::optional<EventFinder::Root> EventFinder::root_between(Stepper& stepper, const StepView& step, int which,
@@ -77,14 +94,14 @@ std::optional<EventFinder::Root> EventFinder::root_between(Stepper& stepper, con
     return ga != 0 && wanted(i, rising) ? std::optional(Root{b.t, b.t, rising}) : std::nullopt;
   if (!opposite(ga, gb)) {
     const bool toward = a.slope[i] * gb < 0 && b.slope[i] * gb > 0 && ga != 0;
-    const auto bottom = toward ? dip(stepper, step, which, a, b) : std::nullopt;
-    if (!bottom) return {};
-    const double below = value(stepper, step, which, *bottom);
+    const auto touch = toward ? bottom(stepper, step, which, a, b) : std::nullopt;
+    if (!touch) return {};
+    const double below = value(stepper, step, which, *touch);
     if (wanted(i, rising)) {
-      right = *bottom;
+      right = *touch;
       gb = below;
     } else {  // the way back is asked for
-      left = *bottom;
+      left = *touch;
       ga = below;
       rising = !rising;
     }

@@ -153,8 +153,13 @@ class EventFinder {
                                    const Sample& b);
   Root locate(Stepper& stepper, const StepView& step, int which, double a, double ga, double b, double gb,
               double blur);
-  std::optional<double> dip(Stepper& stepper, const StepView& step, int which, const Sample& a,
-                            const Sample& b);
+  struct Dip {
+    std::optional<double> below;  ///< a time at which g has the other sign
+    double t, lowest;             ///< else where g is lowest, and its value; 0: not known
+  };
+  Dip dip(Stepper& stepper, const StepView& step, int which, const Sample& a, const Sample& b, Detail detail);
+  std::optional<double> bottom(Stepper& stepper, const StepView& step, int which, const Sample& a,
+                               const Sample& b);
   std::optional<Hit> first_hit(Stepper& stepper, const StepView& step, const Sample& a, const Sample& b);
   using Roots = std::vector<std::optional<Root>>;
   const std::optional<Root>& first_root(Stepper& stepper, const StepView& step, const Sample& a,

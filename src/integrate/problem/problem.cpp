@@ -42,7 +42,7 @@ Problem::Problem(dae::FirstOrder model, Vec parameters, std::vector<Input> input
   set_numbers(parameters, std::move(inputs));
   F_ = codegen::Kernel(this->model().F, arguments);
   if (!is_ode()) return;
-  f_ = codegen::Kernel(this->model().f, arguments);
+  f_ = codegen::Kernel(this->model().f, arguments, codegen::Divisions::shared);
   equations_->dense_jacobian = has_large_solve(this->model().f);
 }
 

@@ -8,25 +8,9 @@
 #include <unordered_set>
 #include "dae/model/first_order.hpp"
 #include "integrate/problem/per_equations.hpp"
+#include "integrate/solve/error_sizes.hpp"
 
 namespace pendula::integrate {
-namespace {
-
-/// Eight sums side by side: one alone would wait for each addition.
-bool all_finite(const double* x, int n) {
-  constexpr int wide = 8;
-  double sum[wide] = {};
-  int i = 0;
-  for (; i + wide <= n; i += wide)
-    for (int l = 0; l < wide; ++l) sum[l] += x[i + l] * 0;
-  for (; i < n; ++i) sum[0] += x[i] * 0;
-  double all = 0;
-  for (double s : sum) all += s;
-  return all == 0;
-}
-
-}  // namespace
-
 RhsSolver::Layout RhsSolver::layout_of(const Problem& problem) {
   const dae::FirstOrder& model = problem.model();
   std::unordered_set<Expr> unknown(model.xdot.begin(), model.xdot.end());
@@ -90,7 +74,7 @@ bool RhsSolver::solve(double t, const double* x, double* xdot, double* z, bool n
   if (ode_) {
     problem_->rhs(xdot);
     ++stats_.evaluations;
-    if (all_finite(xdot, n)) return true;
+    if (all_finite(n, xdot)) return true;
     trouble_ = Trouble::not_finite;
     for (culprit_ = 0; std::isfinite(xdot[culprit_]);) ++culprit_;
     return false;

@@ -5,16 +5,15 @@
 
 #include "expr/graph/graph.hpp"
 #include "integrate/problem/per_equations.hpp"
+#include "integrate/solve/error_sizes.hpp"
 
 namespace pendula::integrate {
 namespace {
 
 /// The largest of the entries in tolerances of these values.
 double size_of(const Vec& v, const Vec& values, const Tolerances& tolerances) {
-  double most = 0;
-  for (Eigen::Index i = 0; i < v.size(); ++i)
-    most = std::max(most, std::fabs(v[i]) / (tolerances.atol[i] + tolerances.rtol[i] * std::fabs(values[i])));
-  return most;
+  return largest_share(static_cast<int>(v.size()), v.data(), values.data(), tolerances.atol.data(),
+                       tolerances.rtol.data());
 }
 
 }  // namespace
