@@ -19,6 +19,16 @@
   how Class<Matrix>::Class(const EigenBase<Matrix>&); \
   how Class<Matrix>& Class<Matrix>::compute(const EigenBase<Matrix>&);
 
+// Constructors and compute() are written in their classes, so that a compiler may look into them; the work is done here.
+#define PENDULA_IN_PLACE(how, Class, Matrix) \
+  PENDULA_FACTORISATION(how, Class, Matrix)  \
+  how void Class<Matrix>::computeInPlace();
+
+#define PENDULA_PARTIAL_PIVOTING(how, Matrix)      \
+  PENDULA_FACTORISATION(how, PartialPivLU, Matrix) \
+  how void PartialPivLU<Matrix>::compute();        \
+  how double internal::rcond_estimate_helper(double, const PartialPivLU<Matrix>&);
+
 #define PENDULA_SPECTRUM(how, Class, Matrix, Option)          \
   how Class<Matrix>::Class(const EigenBase<Matrix>&, Option); \
   how Class<Matrix>& Class<Matrix>::compute(const EigenBase<Matrix>&, Option);
@@ -29,9 +39,9 @@
 #define PENDULA_TRIANGULAR_FACTORS(how)                     \
   PENDULA_FACTORISATION(how, LLT, MatrixXd)                 \
   PENDULA_FACTORISATION(how, LDLT, MatrixXd)                \
-  PENDULA_FACTORISATION(how, PartialPivLU, MatrixXd)        \
-  PENDULA_FACTORISATION(how, PartialPivLU, MatrixXcd)       \
-  PENDULA_FACTORISATION(how, FullPivLU, MatrixXd)           \
+  PENDULA_PARTIAL_PIVOTING(how, MatrixXd)                   \
+  PENDULA_PARTIAL_PIVOTING(how, MatrixXcd)                  \
+  PENDULA_IN_PLACE(how, FullPivLU, MatrixXd)                \
   PENDULA_SOLUTION(how, LLT, MatrixXd, MatrixXd)            \
   PENDULA_SOLUTION(how, LLT, MatrixXd, VectorXd)            \
   PENDULA_SOLUTION(how, LDLT, MatrixXd, MatrixXd)           \
@@ -41,10 +51,10 @@
   PENDULA_SOLUTION(how, FullPivLU, MatrixXd, VectorXd)
 
 #define PENDULA_ORTHOGONAL_FACTORS(how)                                      \
-  PENDULA_FACTORISATION(how, HouseholderQR, MatrixXd)                        \
-  PENDULA_FACTORISATION(how, ColPivHouseholderQR, MatrixXd)                  \
-  PENDULA_FACTORISATION(how, ColPivHouseholderQR, MatrixXcd)                 \
-  PENDULA_FACTORISATION(how, CompleteOrthogonalDecomposition, MatrixXd)      \
+  PENDULA_IN_PLACE(how, HouseholderQR, MatrixXd)                             \
+  PENDULA_IN_PLACE(how, ColPivHouseholderQR, MatrixXd)                       \
+  PENDULA_IN_PLACE(how, ColPivHouseholderQR, MatrixXcd)                      \
+  PENDULA_IN_PLACE(how, CompleteOrthogonalDecomposition, MatrixXd)           \
   PENDULA_SOLUTION(how, HouseholderQR, MatrixXd, VectorXd)                   \
   PENDULA_SOLUTION(how, ColPivHouseholderQR, MatrixXd, MatrixXd)             \
   PENDULA_SOLUTION(how, ColPivHouseholderQR, MatrixXd, VectorXd)             \
@@ -127,7 +137,11 @@ namespace pendula {
 using HouseholderProduct = Eigen::HouseholderSequence<Mat, Vec>;
 
 Mat full_q(const HouseholderProduct& q);
-Mat thin_q(const HouseholderProduct& q, Eigen::Index columns);  ///< its first columns
+Mat thin_q(const HouseholderProduct& q, Eigen::Index columns);    ///< its first columns
+Vec times_transposed(const HouseholderProduct& q, const Vec& v);  ///< qᵀ v
+Mat inverse_by_lu(const Mat& A);  ///< of Eigen, without the checks of expr/linalg
+Mat inverse_by_lu(const Eigen::PartialPivLU<Mat>& factors);
+double determinant_by_lu(const Mat& A);
 Mat pseudo_inverse(const Eigen::CompleteOrthogonalDecomposition<Mat>& factors);
 
 }  // namespace pendula

@@ -1,7 +1,9 @@
-// The numerical aliases used everywhere: dense column vectors and matrices of double.
+// The numerical aliases used everywhere: dense column vectors and matrices of double, and how they are multiplied.
 #pragma once
 
 #include <Eigen/Core>
+
+#include "base/arithmetic.hpp"
 
 namespace pendula {
 

@@ -270,7 +270,7 @@ void analyse(const NumericFunction& f, GaussNewtonRun& run) {
       8 * eps * (run.J.cwiseAbs().transpose() * (run.R.cwiseAbs() + run.J.cwiseAbs() * root.cwiseAbs()));
   double largest = 0;
   for (const Vec& x : run.x) largest = std::max(largest, x.norm());
-  const double noise = 4 * eps * largest + (Mat(JtJ.inverse()).cwiseAbs() * gradient_noise).norm();
+  const double noise = 4 * eps * largest + (inverse_by_lu(JtJ).cwiseAbs() * gradient_noise).norm();
   run.observed = observe(run.x, root, noise, run.predicted > linear_in_the_end);
 }
 

@@ -91,7 +91,7 @@ class Iteration {
   void find_blur() {
     blur_ = eps * x_.cwiseAbs();
     if (M_.rows() <= largest_inverse)
-      blur_ += Mat(M_.inverse()).cwiseAbs() * (2 * eps * (M_.cwiseAbs() * x_.cwiseAbs()));
+      blur_ += inverse_by_lu(M_).cwiseAbs() * (2 * eps * (M_.cwiseAbs() * x_.cwiseAbs()));
   }
   bool settled() const { return run_.norm.back() <= settings_.tol || run_.norm.back() <= run_.noise.back(); }
 

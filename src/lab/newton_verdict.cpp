@@ -302,7 +302,7 @@ class Judge {
     if (run_.singular_root)  // the extrapolated x⋆ is no better than the last iterates
       noise = 5 * (run_.x.back() - root_).norm() / above_noise;
     else
-      noise += (Mat(J.inverse()).cwiseAbs() * (8 * eps * (J.cwiseAbs() * root_.cwiseAbs()))).norm();
+      noise += (inverse_by_lu(J).cwiseAbs() * (8 * eps * (J.cwiseAbs() * root_.cwiseAbs()))).norm();
     run_.observed = observe(run_.x, root_, noise, linear);
   }
 

@@ -347,7 +347,7 @@ std::vector<double> level_frequencies(const System& g, double gamma) {
   const Mat A = numbers(g.ss.A), B = numbers(g.ss.B), C = numbers(g.ss.C), D = numbers(g.ss.D);
   const Mat R = gamma * gamma * Mat::Identity(g.inputs, g.inputs) - D.transpose() * D;
   const Mat S = gamma * gamma * Mat::Identity(g.outputs, g.outputs) - D * D.transpose();
-  const Mat Ri = R.inverse(), Si = S.inverse();
+  const Mat Ri = inverse_by_lu(R), Si = inverse_by_lu(S);
   const Index n = A.rows();
   Mat H(2 * n, 2 * n);
   const Mat F = A + B * Ri * D.transpose() * C;

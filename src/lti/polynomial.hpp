@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "base/arithmetic.hpp"
 #include "dae/pencil/pencil_modes.hpp"
 #include "lti/matrices.hpp"
 
@@ -15,6 +16,9 @@ using Polynomial = std::vector<Expr>;
 inline int degree(const Polynomial& p) { return static_cast<int>(p.size()) - 1; }
 /// Simplifies coefficients and drops leading ones that vanish identically.
 Polynomial tidy(Polynomial p);
+using arithmetic::operator+;  // of numbers, beside those below
+using arithmetic::operator-;
+using arithmetic::operator*;
 Polynomial operator+(const Polynomial& a, const Polynomial& b);
 Polynomial operator-(const Polynomial& a, const Polynomial& b);
 Polynomial operator*(const Polynomial& a, const Polynomial& b);

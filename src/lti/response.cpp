@@ -107,7 +107,7 @@ class Quadrature {
     Mat V(count, count);  // V⁻¹: the coefficients of Lagrange's polynomials
     for (Index i = 0; i < count; ++i)
       for (Index k = 0; k < count; ++k) V(i, k) = std::pow(nodes[i], k);
-    const Mat lagrange = V.inverse();
+    const Mat lagrange = inverse_by_lu(V);
     for (Index i = 0; i < count; ++i) {
       Mat& w = weight_[i];
       w = Mat::Zero(n, m);

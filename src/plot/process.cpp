@@ -12,8 +12,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "base/draft.hpp"
 #include "base/error.hpp"
+#include "base/files/draft.hpp"
 #include "base/interrupt.hpp"
 #include "plot/script.hpp"
 

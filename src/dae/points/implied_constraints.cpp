@@ -123,7 +123,7 @@ bool ConstraintPositions::hold_beside(ConstraintRank& found, const NumericArray&
   const Vec omega = at.cwiseQuotient(kept.unit());
   const double size = omega.cwiseAbs().maxCoeff() > 0 ? omega.cwiseAbs().maxCoeff() : 1;
   const Mat across = kept.jacobian(at, known).transpose();
-  const Mat free = r ? Mat(Mat(Eigen::HouseholderQR<Mat>(across).householderQ()).rightCols(at.size() - r))
+  const Mat free = r ? Mat(full_q(Eigen::HouseholderQR<Mat>(across).householderQ()).rightCols(at.size() - r))
                      : Mat(Mat::Identity(at.size(), at.size()));
   const double speed = depends_on_time_ && r ? driven_speed(kept, found.kept, at, known) : 0;
   if (free.cols() == 0 && !depends_on_time_) return true;

@@ -10,6 +10,7 @@
 
 #include <gmpxx.h>
 
+#include "base/arithmetic.hpp"
 #include "expr/graph/matrix.hpp"
 
 namespace pendula::dae {
@@ -40,6 +41,9 @@ class RationalMatrix {
   std::vector<mpq_class> data_;
 };
 
+using arithmetic::operator+;  // of numbers, beside those below
+using arithmetic::operator-;
+using arithmetic::operator*;
 RationalMatrix operator*(const RationalMatrix& a, const RationalMatrix& b);
 RationalMatrix operator*(const mpq_class& factor, RationalMatrix a);
 RationalMatrix operator+(RationalMatrix a, const RationalMatrix& b);

@@ -279,7 +279,7 @@ std::optional<double> meeting_time(const Model& m, const WayExpansion& way, cons
     const auto numbers = pendula::evaluate(slopes, values);
     Mat J = Mat::Zero(n, n);
     for (std::size_t k = 0; k < entries.size(); ++k) J(entries[k].row, entries[k].column) = numbers[k];
-    return std::fabs(J.determinant());
+    return std::fabs(determinant_by_lu(J));
   };
   const double step = (to - way.t) / samples;
   int lowest = 0;

@@ -50,7 +50,7 @@ std::vector<std::string> directions(const StartSystem& s, const Freedom& open) {
     return {};
   Mat chosen(n, n);
   for (Index k = 0; k < n; ++k) chosen.row(k) = open.undetermined.row(open.recommended[k]);
-  const Mat N = open.undetermined * Mat(chosen.inverse());
+  const Mat N = open.undetermined * inverse_by_lu(chosen);
   std::vector<std::string> lines;
   for (Index k = 0; k < n; ++k) {
     const Index lead = open.recommended[k];

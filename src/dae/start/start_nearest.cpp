@@ -5,7 +5,6 @@
 // First a point on the equations, from the fixes as a guess; then Newton's method on the Lagrangian with
 // exact second derivatives (Nocedal & Wright, Numerical Optimization, 2nd ed., §18.1), with a least step back
 // onto the equations after every step, and steps shortened until the distance does not grow.
-#include <Eigen/SparseLU>
 #include <algorithm>
 #include <cmath>
 
@@ -13,6 +12,7 @@
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
+#include "dae/start/sparse_solution.hpp"
 #include "dae/start/start_system.hpp"
 
 namespace pendula::dae {
@@ -154,15 +154,12 @@ StartSolution sparse_nearest(const StartSystem& s) {
     Sparse K(n + m, n + m);
     K.setFromTriplets(entries.begin(), entries.end());
     K.makeCompressed();
-    const Eigen::SparseLU<Sparse> factors(K);
-    if (factors.info() != Eigen::Success) break;
     Vec right(n + m);
     right << -weight.cwiseProduct((w - target).cwiseQuotient(s.unit)), -s.residual(w).head(m);
-    Vec x = factors.solve(right);
-    x += factors.solve(Vec(right - K * x));
-    if (!x.allFinite()) break;
-    w += x.head(n).cwiseProduct(s.unit);
-    if (x.head(n).norm() <= 1e-10 * (1 + w.cwiseQuotient(s.unit).norm())) break;
+    const auto x = solve_by_lu(K, right);
+    if (!x || !x->allFinite()) break;
+    w += x->head(n).cwiseProduct(s.unit);
+    if (x->head(n).norm() <= 1e-10 * (1 + w.cwiseQuotient(s.unit).norm())) break;
   }
   const StartSolution near = gauss_newton(s, w, equations);
   const auto distance = [&](const Vec& v) {

@@ -1,5 +1,3 @@
-#include <Eigen/SparseCholesky>
-#include <Eigen/SparseLU>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -9,6 +7,7 @@
 #include "dae/model/lineage.hpp"
 #include "dae/points/interval_proof.hpp"
 #include "dae/reduce/reduced_forms.hpp"
+#include "dae/start/sparse_solution.hpp"
 #include "dae/start/start_system.hpp"
 
 namespace pendula::dae {
@@ -96,10 +95,9 @@ std::optional<Vec> square_step(const Sparse& J, const Vec& r) {
   Vec b(rows);
   for (std::size_t i = 0; i < row.size(); ++i)
     if (row[i] >= 0) b[row[i]] = -r[static_cast<Index>(i)];
-  const Eigen::SparseLU<Sparse> factors(A);
-  if (factors.info() != Eigen::Success) return {};
-  Vec x = factors.solve(b);
-  x += factors.solve(Vec(b - A * x));
+  const auto solution = solve_by_lu(A, b);
+  if (!solution) return {};
+  const Vec& x = *solution;
   if (!x.allFinite() || (b - A * x).norm() > accurate * b.norm()) return {};
   Vec d = Vec::Zero(J.cols());
   for (std::size_t j = 0; j < column.size(); ++j)
@@ -124,21 +122,13 @@ Vec sparse_least_step(const Sparse& J, const Vec& r) {
   K.setFromTriplets(entries.begin(), entries.end());
   Vec right = Vec::Zero(m + n);
   right.head(m) = -r;
-  const auto refined = [&](const auto& factors, int times) {
-    Vec x = factors.solve(right);
-    for (int k = 0; k < times && x.allFinite(); ++k) x += factors.solve(Vec(right - K * x));
-    return x;
-  };
-  const Eigen::SimplicialLDLT<Sparse> symmetric(K);
-  if (symmetric.info() == Eigen::Success)
-    if (const Vec x = refined(symmetric, 2);
-        x.allFinite() && (right - K * x).norm() <= accurate * right.norm())
-      return x.tail(n);
+  if (const auto x = solve_by_ldlt(K, right);
+      x && x->allFinite() && (right - K * *x).norm() <= accurate * right.norm())
+    return x->tail(n);
   poll_interrupt();
   K.makeCompressed();
-  const Eigen::SparseLU<Sparse> pivoting(K);
-  if (pivoting.info() != Eigen::Success) return Vec::Constant(n, NAN);
-  return refined(pivoting, 1).tail(n);
+  const auto x = solve_by_lu(K, right);
+  return x ? Vec(x->tail(n)) : Vec::Constant(n, NAN);
 }
 
 /// The smallest d that minimises ‖J d + r‖.

@@ -62,9 +62,8 @@ double determinant(const Mat& a) {
   require_square(a);
   require_finite(a);
   if (a.size() == 0) return 1;
-  return stoppable(cubic(a, 0.7), [&] {
-    return std::vector<Mat>{Mat::Constant(1, 1, a.partialPivLu().determinant())};
-  })[0](0, 0);
+  return stoppable(cubic(a, 0.7),
+                   [&] { return std::vector<Mat>{Mat::Constant(1, 1, determinant_by_lu(a))}; })[0](0, 0);
 }
 
 Mat solve(const Mat& a, const Mat& b) {
@@ -79,7 +78,7 @@ Mat solve(const Mat& a, const Mat& b) {
 
 Mat inverse(const Mat& a) {
   require_square(a);
-  return stoppable(cubic(a, 2.7), [&] { return std::vector<Mat>{regular_lu(a).inverse()}; })[0];
+  return stoppable(cubic(a, 2.7), [&] { return std::vector<Mat>{inverse_by_lu(regular_lu(a))}; })[0];
 }
 
 namespace {

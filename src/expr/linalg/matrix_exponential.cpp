@@ -96,7 +96,7 @@ Bounded pade(const Mat& A, Powers& powers, int m) {
   Mat X = lu.solve(up);
   X += lu.solve(Mat(up - down * X));
   // V - U is well conditioned in the region of the approximant (‖(V-U)⁻¹‖ ≤ 17 for θ₁₃, Higham 2005).
-  const Mat inverse = lu.inverse().cwiseAbs();
+  const Mat inverse = inverse_by_lu(lu).cwiseAbs();
   const double n = static_cast<double>(A.rows());
   const double terms = unit * (static_cast<double>(m) + 2 * n);
   return {X, terms * (inverse * (up.cwiseAbs() + down.cwiseAbs() * X.cwiseAbs()))};

@@ -119,7 +119,7 @@ class Eigenvectors {
 
  private:
   bool pair(Index j) const { return poles_[j].imag() > 0; }
-  double size() const { return std::fabs(X_.partialPivLu().determinant()); }
+  double size() const { return std::fabs(determinant_by_lu(X_)); }
 
   void put(Index j, const ComplexVec& x) {
     if (pair(j)) {

@@ -88,10 +88,10 @@ std::optional<Mat> by_doubling(const Reduced& r, bool continuous) {
     const Eigen::PartialPivLU<Mat> shifted(Mat(r.A - gamma * I));
     const Eigen::PartialPivLU<Mat> W(Mat((r.A - gamma * I).transpose() + r.H * Mat(shifted.solve(r.G))));
     if (!(shifted.rcond() > 1e-14) || !(W.rcond() > 1e-14)) continue;
-    const Mat inverse = W.inverse();
-    const auto X =
-        doubled(I + 2 * gamma * inverse.transpose(), symmetric(2 * gamma * Mat(shifted.solve(r.G)) * inverse),
-                symmetric(2 * gamma * inverse * r.H * Mat(shifted.inverse())));
+    const Mat W_inverse = inverse_by_lu(W);
+    const auto X = doubled(I + 2 * gamma * W_inverse.transpose(),
+                           symmetric(2 * gamma * Mat(shifted.solve(r.G)) * W_inverse),
+                           symmetric(2 * gamma * W_inverse * r.H * inverse_by_lu(shifted)));
     if (X) return X;
   }
   return {};
@@ -105,10 +105,10 @@ std::optional<Mat> by_sign(const Reduced& r) {
   Z << r.A, -r.G, -r.H, -r.A.transpose();
   for (int k = 0; k < 100; ++k) {
     poll_interrupt();
-    const Mat inverse = Z.inverse();
-    if (!inverse.allFinite()) return {};
-    const double c = k < 20 ? std::sqrt(inverse.norm() / Z.norm()) : 1;
-    const Mat next = 0.5 * (c * Z + inverse / c);
+    const Mat back = inverse_by_lu(Z);
+    if (!back.allFinite()) return {};
+    const double c = k < 20 ? std::sqrt(back.norm() / Z.norm()) : 1;
+    const Mat next = 0.5 * (c * Z + back / c);
     const double change = (next - Z).norm();
     Z = next;
     if (change <= 1e-13 * Z.norm()) break;

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "base/draft.hpp"
+#include "base/files/draft.hpp"
 #include "base/text.hpp"
 #include "lua/core/call.hpp"
 #include "lua/core/library.hpp"

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "base/error.hpp"
-#include "base/temporary.hpp"
+#include "base/files/temporary.hpp"
 #include "base/text.hpp"
 #include "lua/core/table_text.hpp"
 #include "lua/core/trampoline.hpp"

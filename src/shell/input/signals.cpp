@@ -7,9 +7,9 @@
 #include <cerrno>
 #include <ctime>
 
-#include "base/draft.hpp"
+#include "base/files/draft.hpp"
+#include "base/files/temporary.hpp"
 #include "base/interrupt.hpp"
-#include "base/temporary.hpp"
 
 namespace pendula::shell {
 namespace {

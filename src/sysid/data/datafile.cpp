@@ -7,8 +7,8 @@
 #include <memory>
 #include <sstream>
 
-#include "base/draft.hpp"
 #include "base/error.hpp"
+#include "base/files/draft.hpp"
 #include "base/text.hpp"
 #include "expr/print/spelling.hpp"
 #include "sysid/data/iddata.hpp"

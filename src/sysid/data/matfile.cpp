@@ -9,8 +9,8 @@
 #include <new>
 #include <sstream>
 
-#include "base/draft.hpp"
 #include "base/error.hpp"
+#include "base/files/draft.hpp"
 #include "base/stoppable.hpp"
 #include "base/text.hpp"
 #include "sysid/data/mat_memory.hpp"

@@ -92,7 +92,7 @@ Vec simulate_held(const ContinuousModel& m, const Vec& u, double Ts, bool settle
   for (Index k = 0; k < u.size(); ++k) {
     // with a fraction of a sample the switched value has not arrived yet
     y[k] = r.C * x + r.D * past(s.fraction ? k - s.d - 1 : k - s.d);
-    next.noalias() = s.Phi * x;
+    next.noalias() = s.Phi.lazyProduct(x);
     next += s.after * past(k - s.d) + s.before * past(k - s.d - 1);
     x.swap(next);
   }

@@ -63,7 +63,7 @@ std::optional<Mat> cholesky(const LongMat& G) {
   const auto scale = G.diagonal().cwiseSqrt().eval();
   if (!(scale.minCoeff() > 0)) return std::nullopt;
   const auto inverse = scale.cwiseInverse().asDiagonal();
-  const Eigen::LLT<LongMat> llt(inverse * G * inverse);
+  const Eigen::LLT<LongMat> llt(LongMat(inverse * G * inverse));
   if (llt.info() != Eigen::Success) return std::nullopt;
   const LongMat R = llt.matrixU();
   if (!(R.diagonal().minCoeff() > 3e-4L)) return std::nullopt;

@@ -75,14 +75,14 @@ ScanEntry entry_of(int na, int nb, int nk, const std::vector<Index>& columns, co
   const Mat theta = qr.solve(Mat(fe.R.rightCols(p)));
   Mat errors = fe.R.rightCols(p) - part * theta;
   if (exact(errors, fe.R.rightCols(p))) errors.setZero();
-  const double loss = p == 1 ? errors.squaredNorm() / N : Mat(errors.transpose() * errors / N).determinant();
+  const double loss = p == 1 ? errors.squaredNorm() / N : determinant_by_lu(errors.transpose() * errors / N);
   ScanEntry out{na, nb, nk, criteria(N * loss, fe.rows, p * qr.rank(), p == 1 ? fe.variation[0] : 1), 0, 0};
   if (fv.rows == 0) return out;
   Mat missed = fv.R.rightCols(p) - Mat(fv.R(Eigen::all, columns)) * theta;
   if (exact(missed, fv.R.rightCols(p))) missed.setZero();
   const auto M = static_cast<double>(fv.rows);
   out.validation_loss =
-      p == 1 ? missed.squaredNorm() / M : Mat(missed.transpose() * missed / M).determinant();
+      p == 1 ? missed.squaredNorm() / M : determinant_by_lu(missed.transpose() * missed / M);
   for (Index j = 0; j < p; ++j)
     out.validation_fit +=
         100 * (1 - std::sqrt(missed.col(j).squaredNorm() / fv.variation[j])) / static_cast<double>(p);

@@ -67,11 +67,11 @@ Mat one_step_errors(const StateSpaceModel& m, const IdData& d) {
     x = m.x0[k];
     for (Index t = d.starts[k]; t < d.end(k); ++t) {
       e.col(t) = y.col(t);
-      e.col(t).noalias() -= m.C * x;
-      if (m.feedthrough) e.col(t).noalias() -= m.D * u.col(t);
-      next.noalias() = m.A * x;
-      next.noalias() += m.B * u.col(t);
-      next.noalias() += m.K * e.col(t);
+      e.col(t).noalias() -= m.C.lazyProduct(x);
+      if (m.feedthrough) e.col(t).noalias() -= m.D.lazyProduct(u.col(t));
+      next.noalias() = m.A.lazyProduct(x);
+      next.noalias() += m.B.lazyProduct(u.col(t));
+      next.noalias() += m.K.lazyProduct(e.col(t));
       x.swap(next);
     }
   }
@@ -139,7 +139,7 @@ IdModel refined(StateSpaceModel m, const IdData& d, int iterations) {
   Eigen::CompleteOrthogonalDecomposition<Mat> inverse;
   inverse.setThreshold(1e-11);
   m.covariance =
-      (variance * inverse.compute(JTJ).pseudoInverse()).topLeftCorner(entries.count(), entries.count());
+      (variance * pseudo_inverse(inverse.compute(JTJ))).topLeftCorner(entries.count(), entries.count());
   const std::string ending = ending_text(best.search);
   m.refinement = text("prediction errors minimised (", steps, steps == 1 ? " step" : " steps",
                       ending.empty() ? ")" : "; " + ending + ")",

@@ -134,7 +134,7 @@ class FaceVolumes {
     Eigen::ColPivHouseholderQR<Mat> qr;
     qr.setThreshold(1e-11);
     qr.compute(edges);
-    const Vec turned = qr.householderQ().transpose() * from;
+    const Vec turned = times_transposed(qr.householderQ(), from);
     return turned.tail(turned.size() - qr.rank()).norm();
   }
 

@@ -100,9 +100,7 @@ int qr(Call& call) {
   const Eigen::Index k = std::min(A.rows(), A.cols());
   const std::vector<Mat> parts = stoppable(operations(A, 6), [&] {
     const Eigen::HouseholderQR<Mat> factors(A);
-    Mat thin = Mat::Identity(A.rows(), k);
-    thin.applyOnTheLeft(factors.householderQ());
-    return std::vector<Mat>{thin, factors.matrixQR().topRows(k)};
+    return std::vector<Mat>{thin_q(factors.householderQ(), k), factors.matrixQR().topRows(k)};
   });
   Mat Q = parts[0], R = parts[1];
   for (Eigen::Index i = 0; i < k; ++i) {

@@ -7,7 +7,7 @@
 
 #include <unistd.h>
 
-#include "base/draft.hpp"
+#include "base/files/draft.hpp"
 #include "base/text.hpp"
 #include "lua/bind/integrate/sweep_options.hpp"
 #include "lua/bind/integrate/sweep_store.hpp"

@@ -1,4 +1,4 @@
-#include "base/temporary.hpp"
+#include "base/files/temporary.hpp"
 
 #include <cerrno>
 #include <climits>
