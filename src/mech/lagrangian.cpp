@@ -131,7 +131,9 @@ void add_conditions_on_multipliers(const Lagrangian& s, const dae::Mechanics& me
                         redundant.follows[k] + ": z of least norm, " + redundant.proofs[k]});
     return;
   }
-  dae::LeastNorm least{mech.multipliers, {}, redundant.kept, s.C(redundant.rest), redundant.sizes};
+  dae::LeastNorm least{mech.multipliers,    {},
+                       redundant.kept,      dae::force_weights(s.q, redundant.units),
+                       s.C(redundant.rest), redundant.sizes};
   for (const Entry& e : mech.dCdq) least.B.push_back({e.column, e.row, e.value});
   std::vector<Expr> used(s.C.begin(), s.C.end());
   used.insert(used.end(), {s.T, s.V});

@@ -224,6 +224,7 @@ void redundancy_of(const VecX& C, const VecX& q, Group group, const std::vector<
   for (int k : group.constraints)
     if (std::find(kept.begin(), kept.end(), k) == kept.end()) found.rest.push_back(k);
   found.sizes.merge(rank.sizes);
+  found.units.merge(rank.units);
   found.ranks += text("; gradients of ", names_of(group.constraints), ": rank ", rank.rank, " of ",
                       group.constraints.size(), " where they hold");
   found.kept.insert(found.kept.end(), kept.begin(), kept.end());

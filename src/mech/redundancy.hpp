@@ -23,6 +23,7 @@ struct Redundancy {
   std::vector<int> rest;          ///< those that follow from the kept ones where all hold, without such a λ
   std::unordered_map<Expr, double>
       sizes;  ///< of the coordinates at a position, as dae::ConstraintRank has them
+  std::unordered_map<Expr, double> units;  ///< of the coordinates, as dae::ConstraintRank has them
   std::vector<std::string> follows, proofs;  ///< of those with λ: "C₃ follows from C₁, C₂", "C₃ = C₁ + 2 C₂"
   std::string ranks;  ///< of those without: "gradients of C₁ … C₄: rank 3 where they hold"
 };

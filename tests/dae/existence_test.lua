@@ -90,3 +90,32 @@ test("cases where a factor of parameters vanishes, factor by factor", function()
   local circle = tostring(dae { (a*b - 1)*der(x) ~ -x + y, y ~ sin(t) }:structure())
   assert(circle:find("for a = 1/b: index 1, 0 free initial values", 1, true), circle)
 end)
+
+-- Two curves that touch have dependent gradients at their only common point, found by Newton to 10⁻⁸ only.
+test("curves that touch have no index by ranks, curves that nearly touch have", function()
+  local x, y, z, u = vars "x y z u"
+  local touching = {
+    { x^2 + y^2 ~ 1, (x - 2)^2 + y^2 ~ 1 },
+    { der(u) ~ -u, x^2 + y^2 ~ 1, (x - 2)^2 + y^2 ~ 1 },
+    { x^2 + y^2 + z^2 ~ 1, (x - 2)^2 + y^2 + z^2 ~ 1, z ~ y },
+    { der(u) ~ y - u, y ~ cos(x), y ~ 1 + x^2 },
+    { exp(x)*y ~ 1, y ~ 1 - x },
+    { x*y ~ 1, x + y ~ 2 },
+  }
+  for _, unit in ipairs { 1e-6, 1e-3, 1, 1000 } do  -- centres 5 k apart, radii 2 k, 3 k
+    for k = 1, 5 do
+      local r = k*unit
+      touching[#touching + 1] = { x^2 + y^2 ~ (2*r)^2, (x - 3*r)^2 + (y - 4*r)^2 ~ (3*r)^2 }
+    end
+  end
+  for k, equations in ipairs(touching) do
+    local found, index = pcall(function() return dae(equations):index() end)
+    expect(("%d %s"):format(k, found and index or "none")):equals(k .. " none")
+  end
+  for _, equations in ipairs {
+    { x^2 + y^2 ~ 1, (x - 2)^2 + y^2 ~ 1.2 },
+    { x^2 + y^2 ~ 1, (x - 1.9999)^2 + y^2 ~ 1 },
+    { x^2 + y^2 ~ 1, (x - 1.9999999)^2 + y^2 ~ 1 },
+    { x^3 ~ y, y ~ 3*x - 2 },  -- touch at 1, cross at -2
+  } do expect(dae(equations):index()):equals(1) end
+end)

@@ -90,7 +90,7 @@ test("0 = z³ has no index by ranks: the gradient vanishes wherever the equation
   expect(s.verdict):equals("identically singular")
   expect(s.index):equals(nil)
   has(s, "identically singular where the equations hold (full rank 2 in general")
-  expect(function() sys:index() end):fails "Write C = 0"
+  expect(function() sys:index() end):fails "write C = 0"
   expect(function() sys:dof() end):fails "no index can be given"
 end)
 
@@ -99,14 +99,14 @@ test("a squared constraint is refused, not integrated", function()
   local sys = lagrange { q = q, T = q.dot.T*q.dot/2, V = 9.81*q[2], C = { (q.T*q - 1)^2 } }
   expect(sys:structure().verdict):equals("identically singular")
   expect(function() sys:init { fix = { q = { 0.6, -0.8 } } } end):fails "singular where the equations hold"
-  expect(function() sys:reduce("acc") end):fails "Write C = 0"
+  expect(function() sys:reduce("acc") end):fails "write C = 0"
 end)
 
 test("a cubed constraint is refused whatever was made before it in the session", function()
   local x, y, l, z, w, m = vars "x y l z w m"
   local function refused()
     local cubed = dae { der(x, 2) ~ -l*x, der(y, 2) ~ -l*y - 9.81, 0 ~ (x^2 + y^2 - 1)^3 }
-    expect(function() cubed:index() end):fails "Write C = 0"
+    expect(function() cubed:index() end):fails "write C = 0"
   end
   refused()
   expect(dae { der(x, 2) ~ -2*l*x, der(y, 2) ~ -2*l*y - 9.81, 0 ~ x^2 + y^2 - 1 }:index()):equals(3)

@@ -161,7 +161,8 @@ std::string why_not_regular(const Model& m, const Analysis& a) {
               : "",
           ": the structural index ", a.offsets.index(), " is not valid",
           a.solutions && a.solutions->slow > 0 && a.solutions->points == 0
-              ? ". At the points found the gradient of an equation vanishes, as that of C² = 0 does. Write C = 0"
+              ? ". At the points found the gradient of an equation vanishes, as that of C² = 0 does (write C = 0), "
+                "or gradients depend on each other, as where two circles touch"
               : "");
     case Standing::regular:
       break;

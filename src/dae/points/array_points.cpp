@@ -30,6 +30,16 @@ Mat without_small(const Mat& J, double negligible) {
   return J.unaryExpr([&](double v) { return std::fabs(v) <= negligible ? 0.0 : v; });
 }
 
+/// Near a double root the last steps are rounding errors divided by its distance, 10⁻⁸, and may end by chance; there the
+/// Jacobian is as small. Rank that is lost altogether is another matter.
+bool is_nearly_singular(Mat J) {
+  constexpr double near_double_root = 1e-7, rounding = 1e-13;
+  for (Index i = 0; i < J.rows(); ++i)
+    if (const double size = J.row(i).cwiseAbs().maxCoeff(); size > 0) J.row(i) /= size;
+  const Vec sizes = Eigen::JacobiSVD<Mat>(J).singularValues();
+  return (sizes.array() > rounding * sizes[0] && sizes.array() < near_double_root * sizes[0]).any();
+}
+
 /// Least-norm Newton steps with one Jacobian, in unknowns and equations scaled to unit size: neither units
 /// nor the growth of high derivatives matter.
 class NewtonStep {
@@ -198,7 +208,8 @@ std::optional<NumericArray::Solution> NumericArray::project(Vec w,
   const double farthest =
       far_away * (w.size() ? std::max(1.0, w.cwiseQuotient(unit_).cwiseAbs().maxCoeff()) : 1);
   double last_step = INFINITY;
-  int linear = 0;  // steps in a row that shrank only by a constant factor
+  int linear = 0, longest = 0;  // steps in a row that shrank only by a constant factor
+  const auto is_slow = [&] { return linear >= 5 || (longest >= 12 && is_nearly_singular(J)); };
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     poll_interrupt();
     if (!r.allFinite() || !J.allFinite()) return {};
@@ -209,8 +220,9 @@ std::optional<NumericArray::Solution> NumericArray::project(Vec w,
     const double size = step.norm() / (1 + omega.norm());
     if (w.size() && omega.cwiseAbs().maxCoeff() > farthest)
       return {};  // no solution: it runs off to infinity
-    if (solved && size < 1e-13) return Solution{w, linear >= 5};
+    if (solved && size < 1e-13) return Solution{w, is_slow()};
     linear = size > 0.1 * last_step && size < 0.95 * last_step ? linear + 1 : 0;
+    longest = std::max(longest, linear);
     last_step = size;
     constexpr int hopeless = 36;  // halvings: a circle of radius 10⁻⁶ is a point until 20 steps from 1
     if (solved && linear >= hopeless) return Solution{w, true};
@@ -224,7 +236,7 @@ std::optional<NumericArray::Solution> NumericArray::project(Vec w,
     }
     if (alpha <= 1e-5) {  // no further decrease: rounding level, or no solution here
       if (!solved) return {};
-      return Solution{w, linear >= 5};
+      return Solution{w, is_slow()};
     }
     w += alpha * unit_.cwiseProduct(step);
     r = next_r;

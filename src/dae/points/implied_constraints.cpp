@@ -160,6 +160,7 @@ ConstraintRank ConstraintPositions::judge(const Vec& at, const Known& known) con
   found.verdict = Verdict::independent;
   for (std::size_t j = 0; j < q_.size(); ++j) {
     const auto column = static_cast<Index>(j);
+    found.units[q_[j]] = all_.unit()[column];
     found.sizes[q_[j]] = at[column] != 0 ? std::fabs(at[column]) : all_.unit()[column];
   }
   if (found.kept.size() == C_.size()) return found;

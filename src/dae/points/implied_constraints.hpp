@@ -26,6 +26,7 @@ struct ConstraintRank {
   int rank = 0, beside = 0;                   ///< of ∂C/∂q at the position, and beside it
   std::vector<int> kept;                      ///< with independent gradients
   std::unordered_map<Expr, double> sizes;     ///< of the coordinates: |q| there, or the unit of one that is 0
+  std::unordered_map<Expr, double> units;     ///< of the coordinates, as far as C tells them (magnitudes.hpp)
   std::unordered_map<Expr, double> position;  ///< implied: values of all symbols of C that satisfy them
 };
 

@@ -43,6 +43,18 @@ Expr squared_size(Expr c, const std::unordered_map<Expr, double>& sizes) {
 
 }  // namespace
 
+std::vector<double> force_weights(const VecX& q, const std::unordered_map<Expr, double>& units) {
+  double largest = 0;
+  for (const auto& [leaf, unit] : units) largest = std::max(largest, unit);
+  std::vector<double> weights;
+  for (Expr leaf : q) {
+    const auto unit = units.find(leaf);
+    const double decades = unit == units.end() ? 0 : std::round(std::log10(largest / unit->second) - 1);
+    weights.push_back(decades > 0 ? std::pow(100.0, -decades) : 1.0);
+  }
+  return weights;
+}
+
 void add_least_norm(const LeastNorm& least, const std::string& note,
                     const std::unordered_set<std::string>& used, std::vector<Block>& blocks,
                     ModelOptions& options) {
@@ -50,13 +62,14 @@ void add_least_norm(const LeastNorm& least, const std::string& note,
   const std::vector<Expr> y = new_unknowns(used, "independent", least.columns.size());
   const std::vector<Expr> excess =
       new_unknowns(used, "excess", static_cast<std::size_t>(least.left_out.size()));
-  std::map<int, Expr> forces;  // B_K y
+  std::map<int, Expr> forces;  // D B_K y
   for (std::size_t k = 0; k < least.columns.size(); ++k)
     for (const Entry& e : least.B)
       if (e.column == least.columns[k]) forces.try_emplace(e.row, Expr(0)).first->second += e.value * y[k];
   VecX z = VecX::Zero(least.z.size());
   for (const Entry& e : least.B)
-    if (const auto force = forces.find(e.row); force != forces.end()) z[e.column] += e.value * force->second;
+    if (const auto force = forces.find(e.row); force != forces.end())
+      z[e.column] += Expr(least.weights[e.row]) * e.value * force->second;
   blocks.push_back({least.z, z, note});
   blocks.push_back({column(excess), least.left_out, "follows from the others: 0"});
   for (std::size_t k = 0; k < excess.size(); ++k) {
@@ -212,7 +225,14 @@ ModelPtr independent(const ModelPtr& model, const std::unordered_map<Expr, doubl
   const ConstraintRank found = ConstraintPositions(p.C, p.q, m.values).near(near);
   if (found.verdict != ConstraintRank::Verdict::implied) refuse(found, p.C.size());
   require_linear(p);
-  LeastNorm least{column(p.z), p.B, independent_columns(p, m.values, found.position), {}, found.sizes};
+  LeastNorm least{column(p.z), p.B, {}, {}, {}, found.sizes};
+  if (m.mechanics) {  // forces act along the gradients: B = (∂C/∂q)ᵀ
+    least.columns = found.kept;
+    least.weights = force_weights(m.mechanics->q, found.units);
+  } else {
+    least.columns = independent_columns(p, m.values, found.position);
+    least.weights.assign(p.others.size(), 1.0);
+  }
   const std::size_t open = p.z.size() - least.columns.size(), redundant = p.C.size() - found.kept.size();
   if (open != redundant)
     throw Failure(text("independent: ", redundant, " of the ", p.C.size(),

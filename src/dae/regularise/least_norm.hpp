@@ -2,7 +2,8 @@
 //
 // z ⊥ ker B means z ∈ range Bᵀ. With r independent columns B_K of B, r its rank, that range is the one of Bᵀ B_K:
 //     z = Bᵀ B_K y,   y ∈ ℝʳ,
-// so that y is determined, and no null vector has to be known. Constraints that follow from the others are left out of
+// so that y is determined, and no null vector has to be known. Rows of B in other units, forces beside torques, are
+// weighted, z = Bᵀ D B_K y, D diagonal: the range is the same, and rounding errors do not grow. Constraints that follow from the others are left out of
 // the equations; an excess of each is what fails there: 0 at every start, and the end of a run where it grows.
 #pragma once
 
@@ -19,9 +20,14 @@ struct LeastNorm {
   VecX z;
   std::vector<Entry> B;                    ///< ∂(force equations)/∂z
   std::vector<int> columns;                ///< r independent ones of B
+  std::vector<double> weights;             ///< D, of the rows of B
   VecX left_out;                           ///< constraints
   std::unordered_map<Expr, double> sizes;  ///< of their coordinates, as ConstraintRank has them
 };
+
+/// Weights of generalised forces along coordinates q with these units: 100⁻ᵏ, 1 for the largest unit and those down to a
+/// thirtieth of it.
+std::vector<double> force_weights(const VecX& q, const std::unordered_map<Expr, double>& units);
 
 /// The equations, unknowns, start values and events for it. `note` stands beside z.
 void add_least_norm(const LeastNorm& least, const std::string& note,

@@ -12,6 +12,7 @@
 #include "integrate/event/pulses.hpp"
 #include "integrate/event/resets.hpp"
 #include "integrate/problem/per_equations.hpp"
+#include "integrate/problem/rhs_solver.hpp"
 #include "integrate/run/methods.hpp"
 #include "integrate/simulation/preparation.hpp"
 
@@ -86,16 +87,44 @@ static Point starting_point(const dae::ConsistentState& start, const dae::FirstO
   return point;
 }
 
+/// Sizes that are rounding errors of x′: they change altogether with the last digits of x.
+static void forget_noise(Vec& size, const ProblemPtr& problem, const Point& start, double interval) {
+  constexpr double small = 1e-6, last_digits = 1e-15, clear = 100;
+  const double largest = size.maxCoeff();
+  const Eigen::Index n = start.x.size();
+  const auto is_suspect = [&](Eigen::Index i) {
+    return size[i] > std::fabs(start.x[i]) && size[i] < small * largest;
+  };
+  std::vector<Eigen::Index> suspects;
+  for (Eigen::Index i = 0; i < n; ++i)
+    if (is_suspect(i)) suspects.push_back(i);
+  if (suspects.empty()) return;
+  Stats stats;
+  RhsSolver derivative(problem, stats);
+  Point there = start;
+  for (Eigen::Index i = 0; i < n; ++i) there.x[i] *= 1 + (i % 2 == 0 ? last_digits : -last_digits);
+  if (!derivative(there.t, there.x.data(), there.xdot.data(), there.z.data())) return;
+  for (Eigen::Index i : suspects)
+    if (size[i] <= clear * interval * std::fabs(there.xdot[i] - start.xdot[i])) size[i] = 0;
+}
+
 /// atol/rtol where nothing was asked for: 10⁻³, or a hundredth of the size of the unknown where that is
 /// less: a model in metres whose lengths are nanometres must not be at rest within its tolerance.
-static Vec usual_share(const Point& start, double interval) {
+static Vec usual_share(const ProblemPtr& problem, const Point& start, double interval) {
   constexpr double share = 1e-3, rounding = 1e-12;  // a start that is 0 to rounding says nothing about sizes
   Vec size(start.x.size() + start.z.size());
   size << start.x.cwiseAbs().cwiseMax(interval * start.xdot.cwiseAbs()), start.z.cwiseAbs();
   const double largest = size.size() && size.allFinite() ? size.maxCoeff() : 0;
   if (!(largest > 0)) return Vec::Constant(size.size(), share);
+  forget_noise(size, problem, start, interval);
   return size.unaryExpr(
       [&](double s) { return std::min(share, 1e-2 * (s > rounding * largest ? s : largest)); });
+}
+
+static double usual_rtol(const Simulation& simulation) { return simulation.rtol.all.value_or(1e-6); }
+
+Vec usual_atol(const Simulation& simulation, const ProblemPtr& problem, const Point& start) {
+  return usual_rtol(simulation) * usual_share(problem, start, simulation.plan.to - simulation.plan.from);
 }
 
 /// One number per unknown of (x, z).
@@ -260,11 +289,10 @@ static void add_pulses(Plan& plan, const Problem& problem) {
 
 void complete_plan(Plan& plan, const dae::ModelPtr& model, const Simulation& simulation,
                    const ProblemSetup& run, const std::shared_ptr<TrajectoryPtr>& so_far) {
-  const double rtol = simulation.rtol.all.value_or(1e-6);
-  const Vec share = usual_share(run.start, plan.to - plan.from);
-  plan.tolerances.rtol =
-      tolerance(simulation.rtol, Vec::Constant(share.size(), rtol), *model, *run.problem, "rtol");
-  plan.tolerances.atol = tolerance(simulation.atol, rtol * share, *model, *run.problem, "atol");
+  const Vec atol = usual_atol(simulation, run.problem, run.start);
+  plan.tolerances.rtol = tolerance(simulation.rtol, Vec::Constant(atol.size(), usual_rtol(simulation)),
+                                   *model, *run.problem, "rtol");
+  plan.tolerances.atol = tolerance(simulation.atol, atol, *model, *run.problem, "atol");
   scale_sensitivities(plan.tolerances, *run.problem, run.variational.get());
   if (plan.direct || model->form == "ggl") plan.variable_index = variable_indices(*model, *run.problem);
   require_convergence(simulation.method, plan.variable_index);

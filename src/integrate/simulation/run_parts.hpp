@@ -63,6 +63,7 @@ class SolutionInParts {
 
   const Problem& problem() const { return *problem_; }
   RunParts& pieces() { return *pieces_; }
+  const std::vector<Expr>& leaves() const { return pieces_->leaves(); }
   Solution& solution() { return *merged_; }
   const Stats& stats() const { return stats_; }
   /// Tolerances of the run in the unknowns of a part with other states: what has become the derivative of one has none.

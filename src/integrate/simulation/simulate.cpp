@@ -8,6 +8,7 @@
 #include "integrate/run/fixed_step_run.hpp"
 #include "integrate/simulation/array_run.hpp"
 #include "integrate/simulation/branch_run.hpp"
+#include "integrate/simulation/constraint_reselection.hpp"
 #include "integrate/simulation/natural_sizes.hpp"
 #include "integrate/simulation/preparation.hpp"
 #include "integrate/simulation/problem_setup.hpp"
@@ -32,6 +33,7 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
   const bool one_choice = simulation.plan.stop_when || !simulation.sensitivities.empty();
   if (chooses_states(*model) && !one_choice) return simulate_reselecting(model, simulation);
   if (!one_choice && chooses_rows(*model, simulation)) return simulate_rechoosing(model, simulation);
+  if (!one_choice && leaves_out_constraints(model)) return simulate_rekeeping(model, simulation);
   if (changes_regime(*model, simulation)) return simulate_regimes(model, simulation);
   require_low_index(*model, simulation.plan.direct);
   const ProblemSetup run = set_up_problem(model, simulation);

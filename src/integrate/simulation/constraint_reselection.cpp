@@ -1,0 +1,209 @@
+#include "integrate/simulation/constraint_reselection.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_set>
+#include <utility>
+
+#include "base/decompositions.hpp"
+#include "base/text.hpp"
+#include "codegen/kernel/kernel.hpp"
+#include "dae/model/lineage.hpp"
+#include "dae/rank/rank_with_gap.hpp"
+#include "dae/reduce/reduce.hpp"
+#include "dae/regularise/least_norm.hpp"
+#include "integrate/simulation/problem_setup.hpp"
+#include "integrate/simulation/run_parts.hpp"
+
+namespace pendula::integrate {
+namespace {
+
+using Index = Eigen::Index;
+
+constexpr double much_worse = 0.1;  // of the best choice: a switch makes a model, a step does not
+constexpr long most_rekeepings = 10'000;
+
+/// What lagrange made, of which the model is a form; null where it is none.
+dae::ModelPtr mechanism_of(const dae::ModelPtr& model) {
+  dae::ModelPtr source = model;
+  while (source && !(source->mechanics && source->form.empty())) source = source->parent;
+  if (!source || source == model) return source;
+  dae::ParameterValues values;
+  for (Expr p : source->parameters)
+    if (const auto it = model->values.find(p); it != model->values.end()) values[p] = it->second;
+  return dae::with_values(source, values);
+}
+
+/// The constraints of a mechanism that are equations of the model it is written in.
+std::vector<Index> kept_in(const dae::Model& model, const dae::Mechanics& mechanics) {
+  const std::unordered_set<Expr> rows(model.residuals.begin(), model.residuals.end());
+  std::vector<Index> kept;
+  for (Index i = 0; i < mechanics.C.size(); ++i)
+    if (rows.count(mechanics.C[i]) || rows.count(-mechanics.C[i])) kept.push_back(i);
+  return kept;
+}
+
+/// How much worse than the best the gradients of the kept constraints determine the motion.
+class KeptMonitor {
+ public:
+  KeptMonitor(const dae::Mechanics& mechanics, std::vector<Index> kept, const dae::ModelPtr& model,
+              const Simulation& simulation)
+      : mechanics_(mechanics), kept_(std::move(kept)), problem_(make_problem(model, simulation)) {
+    std::vector<Expr> slopes;
+    for (const Entry& e : mechanics.dCdq)
+      slopes.push_back(substitute(dae::resolve(*model, e.value), simulation.inputs));
+    kernel_ = codegen::Kernel(slopes, problem_->arguments());
+  }
+
+  /// False, too, where all gradients together lose their rank: no choice helps there.
+  bool is_much_worse(const Point& point) {
+    constexpr double singular = 1e-6;
+    problem_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+    const std::vector<double> slopes = kernel_(problem_->values());
+    Mat J = Mat::Zero(mechanics_.C.size(), mechanics_.q.size());
+    for (std::size_t k = 0; k < slopes.size(); ++k)
+      J(mechanics_.dCdq[k].row, mechanics_.dCdq[k].column) = slopes[k];
+    if (!J.allFinite()) return false;
+    J = dae::equilibrated(J);
+    const Eigen::ColPivHouseholderQR<Mat> all(J.transpose());
+    const auto rank = static_cast<Index>(kept_.size());
+    const auto& order = all.colsPermutation().indices();
+    const std::vector<Index> best(order.data(), order.data() + rank);
+    const double reachable = least_singular(J(best, Eigen::all));
+    return reachable > singular && least_singular(J(kept_, Eigen::all)) < much_worse * reachable;
+  }
+
+ private:
+  static double least_singular(const Mat& J) { return Eigen::JacobiSVD<Mat>(J).singularValues().minCoeff(); }
+
+  const dae::Mechanics& mechanics_;
+  std::vector<Index> kept_;
+  ProblemPtr problem_;
+  codegen::Kernel kernel_;
+};
+
+class ConstraintReselection {
+ public:
+  ConstraintReselection(const dae::ModelPtr& model, const Simulation& simulation)
+      : first_(model),
+        simulation_(simulation),
+        source_(mechanism_of(model)),
+        problem_(make_problem(model, simulation)),
+        whole_(model, simulation, leaves_of(*problem_)),
+        usual_atol_(usual_atol(simulation, problem_, start_point(*problem_, simulation))) {}
+
+  TrajectoryPtr run() {
+    Simulation part = simulation_;
+    dae::ModelPtr model = first_, source = source_;
+    for (long k = 0; k < most_rekeepings; ++k) {
+      const RunOutcome outcome = piece(model, *source, part);
+      const Solution& done = *whole_.pieces().last().solution;
+      const bool moved = done.size() > 0 && (k == 0 || done.final().t > part.plan.from);
+      if (!degraded_ || !moved) return whole_.finish(outcome);
+      const Point end = done.final();
+      try {
+        const dae::ModelPtr other = dae::independent(source_, values_at(end));
+        model = first_->form.empty() ? other : dae::reduce(other, first_->form);
+        source = other;
+      } catch (const UserFacing&) {  // no other choice: as long as the present one serves
+        if (outcome.ending != Ending::stop_when) return whole_.finish(outcome);
+        chooses_ = false;
+      }
+      part = following(model, end);
+    }
+    return whole_.finish(
+        stopped_at(whole_.pieces().last().solution->t().back(),
+                   text("the kept constraints were chosen anew ", most_rekeepings, " times")));
+  }
+
+ private:
+  RunOutcome piece(const dae::ModelPtr& model, const dae::Model& source, Simulation& part) {
+    const dae::Mechanics& mechanics = *source_->mechanics;
+    KeptMonitor monitor(mechanics, kept_in(source, mechanics), model, simulation_);
+    degraded_ = false;
+    part.plan.times.reset();
+    part.plan.stop_when = [&](const Point& point) {
+      degraded_ = chooses_ && monitor.is_much_worse(point);
+      return degraded_;
+    };
+    const TrajectoryPtr trajectory = simulate(model, part);
+    const SolutionPtr solution(trajectory, &trajectory->solution());
+    whole_.add({model, solution, part.plan.from}, simulation_.events.size());
+    if (solution->ending() == Ending::stopped && solution->size() > 0)
+      degraded_ = chooses_ && monitor.is_much_worse(ahead(solution->final(), solution->outcome().t));
+    return solution->outcome();
+  }
+
+  /// Where a run would have come that has stopped before: a step can end where the kept gradients are dependent.
+  static Point ahead(Point end, double t) {
+    if (std::isfinite(t)) end.x += (t - end.t) * end.xdot;
+    return end;
+  }
+
+  /// The values of the first model's leaves at the end of a piece.
+  std::unordered_map<Expr, double> values_at(const Point& end) {
+    const Point point = whole_.pieces().translated(end);
+    std::unordered_map<Expr, double> values = simulation_.start->values;
+    values[time_symbol()] = end.t;
+    const std::vector<Expr>& leaves = whole_.leaves();
+    for (std::size_t i = 0; i < leaves.size(); ++i) values[leaves[i]] = entry_of(point, i);
+    return values;
+  }
+
+  Simulation following(const dae::ModelPtr& model, const Point& end) {
+    dae::StartRequest request;
+    set_conditions(simulation_, end.t, request);
+    const auto values = values_at(end);
+    for (Expr leaf : model->states())
+      if (const auto value = values.find(leaf); value != values.end())
+        request.fix.emplace_back(leaf, value->second);
+    request.nearest = true;
+    Simulation part = simulation_;
+    part.start = dae::init(model, request);
+    part.plan.from = end.t;
+    part.rtol = whole_.tolerances_in(model, simulation_.rtol);
+    part.atol = whole_.tolerances_in(model, atol());
+    return part;
+  }
+
+  /// Rounding errors of an unknown that is 0 at the start are no sizes where a piece begins.
+  ToleranceRequest atol() const {
+    ToleranceRequest request = simulation_.atol;
+    const std::vector<Expr>& leaves = whole_.leaves();
+    const auto n = static_cast<std::size_t>(problem_->n());
+    const bool given = request.all || !request.list.empty();
+    for (std::size_t i = 0; i < static_cast<std::size_t>(usual_atol_.size()) && !given; ++i) {
+      const Expr leaf = leaves[i < n ? i : n + i];  // leaves: x, x′, z
+      const auto own = std::find_if(request.some.begin(), request.some.end(), [&](const auto& some) {
+        return dae::resolve(*first_, some.first) == leaf;
+      });
+      if (own == request.some.end()) request.some.emplace_back(leaf, usual_atol_[static_cast<Index>(i)]);
+    }
+    return request;
+  }
+
+  dae::ModelPtr first_;
+  const Simulation& simulation_;
+  dae::ModelPtr source_;
+  ProblemPtr problem_;
+  SolutionInParts whole_;
+  Vec usual_atol_;
+  bool degraded_ = false, chooses_ = true;
+};
+
+}  // namespace
+
+bool leaves_out_constraints(const dae::ModelPtr& model) {
+  const dae::ModelPtr source = mechanism_of(model);
+  if (!source || source->mechanics->C.size() < 2) return false;
+  const std::size_t kept = kept_in(*source, *source->mechanics).size();
+  if (kept == 0 || static_cast<Index>(kept) == source->mechanics->C.size()) return false;
+  // a form with gains of the user's choice is not made again
+  return model->form != "baumgarte" || dae::reduce(source, model->form)->residuals == model->residuals;
+}
+
+TrajectoryPtr simulate_rekeeping(const dae::ModelPtr& model, const Simulation& simulation) {
+  return ConstraintReselection(model, simulation).run();
+}
+
+}  // namespace pendula::integrate
