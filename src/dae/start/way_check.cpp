@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/decompositions.hpp"
 #include "base/text.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/rank/rank.hpp"
@@ -62,8 +63,22 @@ bool WayCheck::goes_on(const WayOn& way, const WayExpansion& along) const {
     if (given == values.end()) return true;  // nothing tells where to look
     w[j] = given->second;
   }
-  const auto there = equations.project(w, known, 0);
-  return there && ((there->w - w).cwiseAbs().array() <= share * ahead * equations.unit().array()).all();
+  constexpr int iterations = 30;      // along a double root steps fall to a half in each
+  constexpr double converged = 1e-6;  // of the change
+  const Vec begin = w, &unit = equations.unit();
+  for (int i = 0; i < iterations; ++i) {
+    Vec r;
+    Mat J;
+    equations.evaluate_at(w, known, r, J);
+    if (!r.allFinite() || !J.allFinite()) return false;
+    const Vec step = Eigen::CompleteOrthogonalDecomposition<Mat>(J).solve(r);
+    const Vec rest = r - J * step;
+    if (rest.norm() > share * r.norm()) return false;  // the gradients do not lead to a solution
+    if (step.cwiseAbs().maxCoeff() <= converged * ahead) return true;
+    w -= unit.cwiseProduct(step);
+    if (((w - begin).cwiseAbs().array() > share * ahead * unit.array()).any()) return false;
+  }
+  return false;
 }
 
 WayExpansion WayCheck::straight(const WayOn& way) const {
