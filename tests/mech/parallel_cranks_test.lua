@@ -55,6 +55,16 @@ test("every form and method; times that are asked for", function()
   end
 end)
 
+-- At the position itself the rows of the derivative array have another rank than beside it.
+test("forms that choose states or rows anew keep the constraints: the run ends and says why", function()
+  local sys = platform(four, 1)
+  for _, form in ipairs { "dummy", "array" } do
+    local sol = sys:reduce(form):integrate {
+      start = start_of(sys, 1), to = 1.5, rtol = 1e-7, max_steps = 20000 }
+    expect(sol.status):matches "^stopped at t = 0.%d+: the "
+  end
+end)
+
 test("multipliers of least norm, before and behind a change", function()
   local sys = platform(four, 1)
   local sol = sys:reduce():integrate { start = start_of(sys, 1), to = 1.5, rtol = 1e-9 }

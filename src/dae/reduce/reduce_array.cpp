@@ -187,6 +187,11 @@ ArraySelection select(const ArrayAt& a, const Model& m) {
       full_q(qr.householderQ()).rightCols(a.J.rows() - Y.cols());  // its null space from the left
   Mat conditions = left.transpose() * a.J.leftCols(a.states);
   const int count = rank_with_gap(a.J).rank - static_cast<int>(y.size());
+  if (count < 0 ||
+      count > a.states)  // conditions that hold beside a singular point depend on each other at it
+    throw Failure(
+        "the form \"array\": the rows of the derivative array have no clear rank at this point; choose another one, "
+        "reduce(\"array\", { at = sys:init{ … } })");
   for (Index j = 0; j < a.states; ++j)
     if (m.variables[j].order == 0) conditions.col(j) *= prefer;
   s.dependent = pivots(conditions, count);
