@@ -187,8 +187,8 @@ ArraySelection select(const ArrayAt& a, const Model& m) {
       full_q(qr.householderQ()).rightCols(a.J.rows() - Y.cols());  // its null space from the left
   Mat conditions = left.transpose() * a.J.leftCols(a.states);
   const int count = rank_with_gap(a.J).rank - static_cast<int>(y.size());
-  if (count < 0 ||
-      count > a.states)  // conditions that hold beside a singular point depend on each other at it
+  // at a singular point, conditions that are independent beside it are not
+  if (count < 0 || count > a.states)
     throw Failure(
         "the form \"array\": the rows of the derivative array have no clear rank at this point; choose another one, "
         "reduce(\"array\", { at = sys:init{ … } })");

@@ -3,8 +3,9 @@
 // z ⊥ ker B means z ∈ range Bᵀ. With r independent columns B_K of B, r its rank, that range is the one of Bᵀ B_K:
 //     z = Bᵀ B_K y,   y ∈ ℝʳ,
 // so that y is determined, and no null vector has to be known. Rows of B in other units, forces beside torques, are
-// weighted, z = Bᵀ D B_K y, D diagonal: the range is the same, and rounding errors do not grow. Constraints that follow from the others are left out of
-// the equations; an excess of each is what fails there: 0 at every start, and the end of a run where it grows.
+// weighted, z = Bᵀ D B_K y, D diagonal: the range is the same, and rounding errors do not grow. Constraints that follow
+// from the others are left out of the equations; an excess of each is what fails there: 0 at every start, and the end of
+// a run where it grows.
 #pragma once
 
 #include <string>

@@ -51,10 +51,6 @@ struct WayExpansion {
 };
 std::optional<WayExpansion> expansion(const Model& model, const WayOn& way, bool at_meeting);
 
-/// The solution that has arrived where x′ and z are not determined, as a way on, "z′ = 0" of z (x - z²) at x = 0; nothing
-/// where the equations have no solution beside its polynomial a little later. at: values there, with t and parameters.
-std::optional<WayOn> arrived_way(const Model& model, const PointValues& at, const WayExpansion& arrived);
-
 /// When x′ and z of a solution are no longer determined: the zero of the determinant of ∂F/∂(x′, z) along its polynomial
 /// before `to`, whether it changes its sign there or not. others: values of parameters. Nothing where there is none.
 std::optional<double> meeting_time(const Model& model, const WayExpansion& way, const PointValues& others,

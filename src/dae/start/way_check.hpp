@@ -47,4 +47,8 @@ std::vector<Expr> undetermined(const Model& model, const PointValues& values);
 /// Names a way by its values of these derivatives, where it has them.
 void name_by(WayOn& way, const std::vector<Expr>& leaves, const WayCheck& check);
 
+/// The solution that has arrived where x′ and z are not determined, as a way on, "z′ = 0" of z (x - z²) at x = 0; nothing
+/// where the equations have no solution beside its polynomial a little later. at: values there, with t and parameters.
+std::optional<WayOn> arrived_way(const Model& model, const PointValues& at, const WayExpansion& arrived);
+
 }  // namespace pendula::dae

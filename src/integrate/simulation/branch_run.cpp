@@ -6,7 +6,7 @@
 
 #include "base/text.hpp"
 #include "dae/model/lineage.hpp"
-#include "dae/start/continuations.hpp"
+#include "dae/start/way_check.hpp"
 #include "expr/graph/depends_on.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"

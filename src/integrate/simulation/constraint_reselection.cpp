@@ -20,14 +20,21 @@ namespace {
 
 using Index = Eigen::Index;
 
-constexpr double much_worse = 0.1;  // of the best choice: a switch makes a model, a step does not
+// Of the best choice: errors in the kept constraints become ten times the errors in the motion that the best would make.
+// A switch makes a model, milliseconds.
+constexpr double much_worse = 0.1;
 constexpr long most_rekeepings = 10'000;
 
 /// What lagrange made, of which the model is a form; null where it is none.
 dae::ModelPtr mechanism_of(const dae::ModelPtr& model) {
   dae::ModelPtr source = model;
   while (source && !(source->mechanics && source->form.empty())) source = source->parent;
-  if (!source || source == model) return source;
+  return source;
+}
+
+/// The same with the parameter values of the form.
+dae::ModelPtr mechanism_with_values(const dae::ModelPtr& model) {
+  const dae::ModelPtr source = mechanism_of(model);
   dae::ParameterValues values;
   for (Expr p : source->parameters)
     if (const auto it = model->values.find(p); it != model->values.end()) values[p] = it->second;
@@ -87,7 +94,7 @@ class ConstraintReselection {
   ConstraintReselection(const dae::ModelPtr& model, const Simulation& simulation)
       : first_(model),
         simulation_(simulation),
-        source_(mechanism_of(model)),
+        source_(mechanism_with_values(model)),
         problem_(make_problem(model, simulation)),
         whole_(model, simulation, leaves_of(*problem_)),
         usual_atol_(usual_atol(simulation, problem_, start_point(*problem_, simulation))) {}
