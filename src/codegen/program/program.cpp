@@ -9,6 +9,7 @@
 #include <unordered_map>
 
 #include "base/error.hpp"
+#include "codegen/program/checked.hpp"
 #include "codegen/program/symmetric.hpp"
 #include "expr/graph/node_map.hpp"
 #include "expr/graph/solve.hpp"
@@ -36,7 +37,7 @@ class Lowering {
  public:
   Program program;
 
-  Lowering(std::span<const Expr> outputs, std::span<const Expr> inputs) {
+  Lowering(std::span<const Expr> outputs, std::span<const Expr> inputs, bool checked) : checked_(checked) {
     program.inputs = inputs.size();
     for (Expr input : inputs) values_[input] = count_++;
     const std::vector<Expr> order = topological(outputs);
@@ -44,7 +45,10 @@ class Lowering {
       if (!values_.has(node)) add_leaf(node);
     constant(1.0);  // for negative powers
     for (Expr node : order)
-      if (node.op() == Op::solve && !zero_) zero_ = constant(0.0);  // of sparse matrices
+      if (node.op() == Op::solve && !zero_) {
+        zero_ = constant(0.0);  // of sparse matrices
+        if (checked_) smallest_ = constant(smallest_pivot);
+      }
     find_mirrored(order);
     for (Expr node : order)
       if (!values_.has(node)) {
@@ -52,6 +56,7 @@ class Lowering {
         values_[node] = value;
       }
     for (Expr output : outputs) program.results.push_back(values_[output]);
+    if (sound_) program.results.push_back(*sound_);
   }
 
  private:
@@ -111,22 +116,43 @@ class Lowering {
           {.op = Op::solve, .part = Part::component, .operand = {values_[head], static_cast<Slot>(k), 0}});
     }
     const LinearSystem& s = system_of(node);
-    return s.definite ? lower_definite(node, s) : lower_dense(s);
+    if (s.definite) return lower_definite(node, s);
+    if (checked_ && s.leading > 0)
+      if (const SymmetricFactor* factor = saddle_factor(s))
+        return (solutions_[node] = solve_saddle(*factor, entries_of(s), right_side(s), put_))[0];
+    return lower_dense(s);
+  }
+
+  std::vector<SymmetricEntry> entries_of(const LinearSystem& s) {
+    std::vector<SymmetricEntry> entries;
+    for (std::size_t k = 0; k < s.entries(); ++k)
+      entries.push_back({s.places[k].first, s.places[k].second, values_[s.operands[k]]});
+    return entries;
+  }
+
+  /// Of [M Cᵀ; C D]; none where pivots are better.
+  const SymmetricFactor* saddle_factor(const LinearSystem& s) {
+    const auto [at, made] = saddles_.try_emplace(s.matrix);
+    if (made) at->second = factor_saddle(s.size, s.leading, entries_of(s), put_);
+    if (!at->second) return nullptr;
+    if (made) {
+      const Slot sound = is_sound(*at->second, zero_, smallest_, put_);
+      sound_ = sound_ ? emit(Op::mul, *sound_, sound) : sound;
+    }
+    return &*at->second;
+  }
+
+  std::vector<Slot> right_side(const LinearSystem& s) {
+    std::vector<Slot> b;
+    for (int i = 0; i < s.size; ++i) b.push_back(values_[s.b(i)]);
+    return b;
   }
 
   Slot lower_definite(Expr head, const LinearSystem& s) {
     if (const auto band = band_of(s)) return lower_band(head, s, **band);
-    const Emit put = [this](Op op, Slot a, Slot b) { return op == Op::constant ? one_ : emit(op, a, b); };
     const auto [factor, made] = symmetric_.try_emplace(s.matrix);
-    if (made) {
-      std::vector<SymmetricEntry> entries;
-      for (std::size_t k = 0; k < s.entries(); ++k)
-        entries.push_back({s.places[k].first, s.places[k].second, values_[s.operands[k]]});
-      factor->second = factor_symmetric(s.size, entries, put);
-    }
-    std::vector<Slot> b;
-    for (int i = 0; i < s.size; ++i) b.push_back(values_[s.b(i)]);
-    return (solutions_[head] = solve_symmetric(factor->second, b, put))[0];
+    if (made) factor->second = factor_symmetric(s.size, entries_of(s), put_);
+    return (solutions_[head] = solve_symmetric(factor->second, right_side(s), put_))[0];
   }
 
   /// Is the matrix solved by its few diagonals, and in which order of the unknowns?
@@ -239,21 +265,29 @@ class Lowering {
     return n % 2 ? emit(Op::mul, square, base) : square;
   }
 
+  const Emit put_ = [this](Op op, Slot a, Slot b) { return op == Op::constant ? one_ : emit(op, a, b); };
   NodeMap<Slot> values_;
   std::unordered_map<Expr, Expr> mirrored_;
   std::map<std::array<Slot, 4>, Slot> emitted_;  // operation and operands; where differences are mirrored
   std::unordered_map<Slot, Slot> roots_;
   std::unordered_map<std::uint32_t, Slot> factors_;  // by the number of the matrix
   std::unordered_map<std::uint32_t, SymmetricFactor> symmetric_;
+  std::unordered_map<std::uint32_t, std::optional<SymmetricFactor>> saddles_;
   std::unordered_map<std::uint32_t, std::optional<BandOrder>> bands_;
-  std::unordered_map<Expr, std::vector<Slot>> solutions_;  // of definite systems, by head
-  Slot count_ = 0, one_ = 0, zero_ = 0;
+  std::unordered_map<Expr, std::vector<Slot>> solutions_;  // not of dense systems, by head
+  bool checked_;                                           // lower_checked()
+  std::optional<Slot> sound_;                              // whether all saddles are
+  Slot count_ = 0, one_ = 0, zero_ = 0, smallest_ = 0;
 };
 
 }  // namespace
 
 Program lower(std::span<const Expr> outputs, std::span<const Expr> inputs) {
-  return std::move(Lowering(outputs, inputs).program);
+  return std::move(Lowering(outputs, inputs, false).program);
+}
+
+Program lower_checked(std::span<const Expr> outputs, std::span<const Expr> inputs) {
+  return std::move(Lowering(outputs, inputs, true).program);
 }
 
 }  // namespace pendula::codegen

@@ -92,6 +92,44 @@ std::vector<int> elimination_order(int n, const std::vector<SymmetricEntry>& ent
   return work_of(n, entries, parallel) <= 3 * work_of(n, entries, order) ? parallel : order;
 }
 
+/// Unknowns of M, then the others, of which those touch each other that touch the same block of M.
+std::optional<std::vector<int>> saddle_order(int n, int leading, const std::vector<SymmetricEntry>& entries) {
+  std::vector<int> block(static_cast<std::size_t>(leading));
+  std::iota(block.begin(), block.end(), 0);
+  const auto root = [&block](int i) {
+    while (block[i] != i) i = block[i] = block[block[i]];
+    return i;
+  };
+  std::vector<SymmetricEntry> mass;
+  std::set<int> diagonal;
+  for (const SymmetricEntry& e : entries) {
+    if (e.row >= leading || e.column >= leading) continue;
+    mass.push_back(e);
+    block[root(e.row)] = root(e.column);
+    if (e.row == e.column) diagonal.insert(e.row);
+  }
+  std::map<int, std::set<int>> around;  // multipliers by block
+  std::set<int> touched;
+  std::vector<SymmetricEntry> schur;
+  for (const SymmetricEntry& e : entries) {
+    if (e.row < leading) continue;
+    if (e.column < leading)
+      around[root(e.column)].insert(e.row - leading);
+    else
+      schur.push_back({e.row - leading, e.column - leading, 0});
+    if (e.column < leading || e.column == e.row) touched.insert(e.row);
+  }
+  if (static_cast<int>(diagonal.size()) < leading || static_cast<int>(touched.size()) < n - leading)
+    return std::nullopt;
+  for (const auto& [which, members] : around)
+    for (int i : members)
+      for (int j : members) schur.push_back({i, j, 0});
+  std::vector<int> order = elimination_order(leading, mass);
+  if (n > leading)
+    for (int k : elimination_order(n - leading, schur)) order.push_back(leading + k);
+  return order;
+}
+
 using Neighbours = std::vector<std::vector<int>>;
 
 int width_of(std::span<const std::pair<int, int>> places, const std::vector<int>& step) {
@@ -158,10 +196,13 @@ std::optional<BandOrder> band_order(int n, std::span<const std::pair<int, int>> 
   return BandOrder{std::move(step), std::max(width, 1)};
 }
 
-SymmetricFactor factor_symmetric(int n, const std::vector<SymmetricEntry>& entries, const Emit& emit) {
+/// The last `n - leading` unknowns are eliminated behind the others.
+static SymmetricFactor factor_in_order(int n, int leading, const std::vector<SymmetricEntry>& entries,
+                                       std::vector<int> order, const Emit& emit) {
   const auto at = [](int i) { return static_cast<std::size_t>(i); };
   SymmetricFactor f;
-  f.order = elimination_order(n, entries);
+  f.order = std::move(order);
+  f.leading = leading;
   std::vector<int> step(at(n));
   for (int k = 0; k < n; ++k) step[at(f.order[at(k)])] = k;
   std::vector<std::map<int, Slot>> rows(at(n));  // upper triangle, by steps
@@ -169,9 +210,17 @@ SymmetricFactor factor_symmetric(int n, const std::vector<SymmetricEntry>& entri
     const int i = step[at(e.row)], j = step[at(e.column)];
     rows[at(std::min(i, j))].emplace(std::max(i, j), e.value);
   }
+  const auto note_diagonal = [&](int from, int to) {
+    for (int k = from; k < to; ++k) f.diagonal.push_back(rows[at(k)].at(k));
+  };
+  note_diagonal(0, leading);
+  for (int k = leading; k < n; ++k)
+    if (const auto own = rows[at(k)].find(k); own != rows[at(k)].end()) f.corner.push_back(own->second);
   const Slot one = emit(Op::constant, 0, 0);
   for (int k = 0; k < n; ++k) {
+    if (k == leading) note_diagonal(leading, n);
     const std::map<int, Slot>& pivot_row = rows[at(k)];
+    f.pivot.push_back(pivot_row.at(k));
     f.reciprocal.push_back(emit(Op::div, one, pivot_row.at(k)));
     f.below.emplace_back();
     for (auto i = pivot_row.upper_bound(k); i != pivot_row.end(); ++i) {
@@ -191,6 +240,35 @@ SymmetricFactor factor_symmetric(int n, const std::vector<SymmetricEntry>& entri
   return f;
 }
 
+SymmetricFactor factor_symmetric(int n, const std::vector<SymmetricEntry>& entries, const Emit& emit) {
+  return factor_in_order(n, n, entries, elimination_order(n, entries), emit);
+}
+
+std::optional<SymmetricFactor> factor_saddle(int n, int leading, const std::vector<SymmetricEntry>& entries,
+                                             const Emit& emit) {
+  std::optional<std::vector<int>> order = saddle_order(n, leading, entries);
+  constexpr int small = 32;  // written out, symmetric elimination is the faster one in any case
+  if (!order || (n > small && 12.0 * static_cast<double>(work_of(n, entries, *order)) > 1.0 * n * n * n))
+    return std::nullopt;
+  return factor_in_order(n, leading, entries, std::move(*order), emit);
+}
+
+Slot is_sound(const SymmetricFactor& f, Slot zero, Slot smallest, const Emit& emit) {
+  std::optional<Slot> least;
+  for (std::size_t k = 0; k < f.pivot.size(); ++k) {
+    const bool changed = f.pivot[k] != f.diagonal[k], of_mass = static_cast<int>(k) < f.leading;
+    const Slot pivot = f.pivot[k], bound = changed ? emit(Op::mul, smallest, f.diagonal[k]) : zero;
+    const Slot margin = of_mass && !changed ? pivot
+                        : of_mass           ? emit(Op::sub, pivot, bound)
+                                            : emit(Op::sub, bound, pivot);
+    // A margin that is no number stands behind one that is not positive, which this order of the operands keeps.
+    least = least ? emit(Op::min, margin, *least) : margin;
+  }
+  Slot sound = emit(Op::lt, zero, *least);
+  for (Slot own : f.corner) sound = emit(Op::mul, sound, emit(Op::le, own, zero));
+  return sound;
+}
+
 std::vector<Slot> solve_symmetric(const SymmetricFactor& f, const std::vector<Slot>& b, const Emit& emit) {
   const std::size_t n = b.size();
   std::vector<Slot> y(n), x(n);
@@ -204,6 +282,33 @@ std::vector<Slot> solve_symmetric(const SymmetricFactor& f, const std::vector<Sl
     y[k] = emit(Op::mul, y[k], f.reciprocal[k]);
     for (const auto& [row, l] : f.below[k]) y[k] = emit(Op::sub, y[k], emit(Op::mul, l, y[row]));
     x[f.order[k]] = y[k];
+  }
+  return x;
+}
+
+std::vector<Slot> solve_saddle(const SymmetricFactor& f, const std::vector<SymmetricEntry>& entries,
+                               const std::vector<Slot>& b, const Emit& emit) {
+  const auto leading = static_cast<std::size_t>(f.leading);
+  std::vector<Slot> x = solve_symmetric(f, b, emit), rest = b;
+  for (const SymmetricEntry& e : entries)
+    if (e.row >= f.leading) rest[e.row] = emit(Op::sub, rest[e.row], emit(Op::mul, e.value, x[e.column]));
+  std::vector<Slot> y(b.size());  // of the correction: above, all that stands on the right is zero
+  for (std::size_t k = leading; k < y.size(); ++k) y[k] = rest[f.order[k]];
+  for (std::size_t k = leading; k < y.size(); ++k)
+    for (const auto& [row, l] : f.below[k]) y[row] = emit(Op::sub, y[row], emit(Op::mul, l, y[k]));
+  std::vector<char> moves(y.size(), 0);
+  for (std::size_t k = y.size(); k-- > 0;) {
+    if (k >= leading) {
+      y[k] = emit(Op::mul, y[k], f.reciprocal[k]);
+      moves[k] = 1;
+    }
+    for (const auto& [row, l] : f.below[k]) {
+      if (!moves[row]) continue;
+      const Slot effect = emit(Op::mul, l, y[row]);
+      y[k] = moves[k] ? emit(Op::sub, y[k], effect) : emit(Op::neg, effect, 0);
+      moves[k] = 1;
+    }
+    if (moves[k]) x[f.order[k]] = emit(Op::add, x[f.order[k]], y[k]);
   }
   return x;
 }

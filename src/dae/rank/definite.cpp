@@ -63,17 +63,22 @@ int sign_at(int n, const std::vector<Entry>& entries, const std::vector<double>&
 
 bool is_definite(int n, const std::vector<Entry>& entries,
                  const std::unordered_map<Expr, double>& parameters) {
+  return definite_sign(n, entries, parameters) != 0;
+}
+
+int definite_sign(int n, const std::vector<Entry>& entries,
+                  const std::unordered_map<Expr, double>& parameters) {
   std::vector<Expr> values;
   for (const Entry& e : entries) values.push_back(e.value);
-  if (!is_symmetric(entries, values)) return false;
+  if (!is_symmetric(entries, values)) return 0;
   const std::vector<Expr> symbols = leaves(values);
   int sign = 0;
   for (int attempt = 0; attempt < 4; ++attempt) {
     const int now = sign_at(n, entries, evaluate(values, point(symbols, parameters, attempt)));
-    if (now == 0 || (sign != 0 && now != sign)) return false;
+    if (now == 0 || (sign != 0 && now != sign)) return 0;
     sign = now;
   }
-  return true;
+  return sign;
 }
 
 }  // namespace pendula::dae

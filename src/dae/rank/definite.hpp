@@ -15,5 +15,8 @@ namespace pendula::dae {
 /// Cost: a few evaluations and sparse Cholesky.
 bool is_definite(int n, const std::vector<Entry>& entries,
                  const std::unordered_map<Expr, double>& parameters);
+/// The same: 1 where it is positive definite, -1 negative, 0 neither.
+int definite_sign(int n, const std::vector<Entry>& entries,
+                  const std::unordered_map<Expr, double>& parameters);
 
 }  // namespace pendula::dae

@@ -11,6 +11,7 @@
 #include "dae/rank/definite.hpp"
 #include "dae/rank/rank.hpp"
 #include "dae/reduce/reduced_forms.hpp"
+#include "dae/reduce/saddle_point.hpp"
 #include "dae/regularise/elimination.hpp"
 #include "expr/graph/depends_on.hpp"
 #include "expr/graph/solve.hpp"
@@ -58,6 +59,7 @@ class Elimination {
   std::vector<Entry> A;
   VecX b;
   bool definite = false;          ///< A needs no pivoting
+  bool by_mass_matrix = false;    ///< w by the mass matrix first, where no pivot is small
   bool expanded = false;          ///< A consists of numbers, and w is written out
   std::vector<std::size_t> rows;  ///< residuals that make the system
 
@@ -90,7 +92,7 @@ class Elimination {
     b = -column(substitute(rest, zero)).unaryExpr(tidy);
     const VecX w = is_short_and_rational(n) ? exact_solution(n)
                    : is_small(n)            ? written_solution(n)
-                                            : linear_solution(A, b, definite);
+                                            : numeric_solution();
     Substitution values;
     for (Index j = 0; j < n; ++j) values[unknowns[j]] = w[j];
     for (auto& [leaf, f] : solved) f = expanded ? tidied(substitute(f, values)) : substitute(f, values);
@@ -118,12 +120,25 @@ class Elimination {
     constexpr int widest = 400;
     const bool moving = std::any_of(A.begin(), A.end(), [](const Entry& e) { return varies(e.value); });
     const bool mass_matrix = m_.mechanics && m_.mechanics->C.size() == 0;
-    if (moving && (n > 2 || !(mass_matrix || definite))) return linear_solution(A, b, definite);
+    if (moving && (n > 2 || !(mass_matrix || definite))) return numeric_solution();
     const VecX w = exact_solution(n);
     expanded = std::all_of(w.begin(), w.end(), [&](Expr e) {
       return is_short(e, 300) && (!moving || display_width(to_text(e)) <= widest);
     });
-    return expanded ? w : linear_solution(A, b, definite);
+    return expanded ? w : numeric_solution();
+  }
+
+  /// By numbers at every evaluation. The multipliers of a mechanism stand behind its accelerations.
+  VecX numeric_solution() {
+    constexpr int worth_it = 4;
+    if (!definite && b.size() >= worth_it) {
+      const auto multipliers = static_cast<int>(m_.algebraic().size());
+      if (const auto w = saddle_point_solution(A, b, multipliers, parameter_numbers())) {
+        by_mass_matrix = true;
+        return *w;
+      }
+    }
+    return linear_solution(A, b, definite);
   }
 
   static Expr tidied(Expr e) { return is_short(e, 400) ? one_fraction(simplify(e)) : e; }
@@ -183,9 +198,13 @@ std::vector<std::string> derivation(const Elimination& e, const Model& low) {
   if (e.expanded && e.unknowns.size() > 1)
     lines.push_back("     w = A⁻¹ b is written out.");
   else if (e.unknowns.size() > 1)
-    lines.push_back(text("     A w = b is solved numerically at every evaluation (",
-                         e.definite ? "A is symmetric and definite: L D Lᵀ" : "LU with pivoting",
-                         "); the formula of w is not written out."));
+    lines.push_back(text(
+        "     A w = b is solved numerically at every evaluation (",
+        e.definite ? "A is symmetric and definite: L D Lᵀ"
+        : e.by_mass_matrix
+            ? "W, its symmetric and definite part, first, then Cq W⁻¹ Cqᵀ: L D Lᵀ; LU with pivoting where a pivot is small"
+            : "LU with pivoting",
+        "); the formula of w is not written out."));
   return lines;
 }
 

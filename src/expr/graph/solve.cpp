@@ -14,6 +14,13 @@ namespace {
 
 using Places = std::vector<std::pair<int, int>>;
 
+/// What the caller knows of A.
+struct Symmetry {
+  bool definite = false;
+  int leading = 0;
+};
+Symmetry symmetry_of(const LinearSystem& s) { return {s.definite, s.leading}; }
+
 /// A matrix as a list of numbers: row, column and value of every entry, by rows.
 using Key = std::vector<std::uint32_t>;
 
@@ -48,7 +55,7 @@ struct Systems {
   std::unordered_multimap<std::size_t, std::uint32_t> system_table, matrix_table;
 
   /// entries: by rows.
-  std::uint32_t intern(const std::vector<Entry>& entries, const VecX& b, bool definite) {
+  std::uint32_t intern(const std::vector<Entry>& entries, const VecX& b, Symmetry known) {
     const Key matrix = key_of(entries, false);
     LinearSystem s;
     s.size = static_cast<int>(b.size());
@@ -63,7 +70,8 @@ struct Systems {
     const auto [first, last] = system_table.equal_range(h);
     for (auto it = first; it != last; ++it)
       if (list[it->second].places == s.places && list[it->second].operands == s.operands) return it->second;
-    s.definite = definite;
+    s.definite = known.definite;
+    s.leading = known.leading;
     place_matrix(s, entries, matrix);
     list.push_back(std::move(s));
     const auto index = static_cast<std::uint32_t>(list.size() - 1);
@@ -103,12 +111,12 @@ Systems& systems() {
 /// A system on its way to a node: takes out unknowns that need no elimination.
 class Peeling {
  public:
-  Peeling(const std::vector<Entry>& A, const VecX& b, bool definite)
+  Peeling(const std::vector<Entry>& A, const VecX& b, Symmetry known)
       : b_(b),
         x_(b.size()),
         rows_(static_cast<std::size_t>(b.size())),
         columns_(rows_.size()),
-        definite_(definite) {
+        known_(known) {
     for (const Entry& e : A)
       if (!e.value.is_zero()) {
         row(e.row)[e.column] = e.value;
@@ -210,11 +218,15 @@ class Peeling {
       for (const auto& [j, value] : row(i)) A.push_back({static_cast<int>(r), number.at(j), value});
       b[r++] = b_[i];
     }
-    const VecX x = solved(A, b);
+    Symmetry known = known_;
+    const bool is_principal = left_rows_ == left_columns_;  // of A: symmetric, too
+    const auto beyond = left_columns_.lower_bound(known_.leading);
+    known.leading = is_principal ? static_cast<int>(std::distance(left_columns_.begin(), beyond)) : 0;
+    const VecX x = solved(A, b, known);
     for (const auto& [j, k] : number) x_[j] = x[k];
   }
 
-  VecX solved(const std::vector<Entry>& A, const VecX& b) const {
+  static VecX solved(const std::vector<Entry>& A, const VecX& b, Symmetry known) {
     if (std::all_of(b.begin(), b.end(), [](Expr e) { return e.is_zero(); })) return VecX::Zero(b.size());
     const auto exact = [](Expr e) { return exact_value(e) != nullptr; };
     const bool numbers = std::all_of(b.begin(), b.end(), exact) &&
@@ -225,7 +237,7 @@ class Peeling {
       if (const auto x = rational::solve(dense, b)) return x->col(0);
       singular(dense);
     }
-    const Expr head = solve_node(systems().intern(A, b, definite_), 0, {});
+    const Expr head = solve_node(systems().intern(A, b, known), 0, {});
     VecX x(b.size());
     for (int i = 0; i < static_cast<int>(b.size()); ++i) x[i] = component(head, i);
     return x;
@@ -234,7 +246,7 @@ class Peeling {
   VecX b_, x_;
   std::vector<std::map<int, Expr>> rows_;
   std::vector<std::set<int>> columns_;  // rows that a column occurs in
-  bool definite_;
+  Symmetry known_;
   std::set<int> left_rows_, left_columns_, lone_rows_, lone_columns_;
   std::vector<Later> later_;
 };
@@ -259,7 +271,11 @@ std::vector<Entry> matrix_of(const LinearSystem& s, bool transposed = false) {
 }  // namespace
 
 VecX linear_solution(const std::vector<Entry>& A, const VecX& b, bool definite) {
-  return Peeling(A, b, definite).solution();
+  return Peeling(A, b, {definite, 0}).solution();
+}
+
+VecX saddle_solution(const std::vector<Entry>& A, const VecX& b, int leading) {
+  return Peeling(A, b, {false, leading}).solution();
 }
 
 VecX linear_solution(const MatX& A, const VecX& b) {
@@ -290,7 +306,7 @@ VecX mapped_solution(Expr head, const std::function<Expr(Expr)>& image) {
     e.value = now;
   }
   for (int i = 0; i < s.size; ++i) b[i] = image(s.b(i)), same = same && b[i] == s.b(i);
-  if (!same) return linear_solution(A, b, s.definite);
+  if (!same) return Peeling(A, b, symmetry_of(s)).solution();
   for (int i = 0; i < s.size; ++i) x[i] = component(head, i);
   return x;
 }
@@ -302,14 +318,14 @@ VecX solution_tangent(Expr head, const std::function<Expr(Expr)>& d) {
   for (const Entry& e : matrix_of(s))
     if (const Expr slope = d(e.value); !slope.is_zero()) right[e.row] -= slope * component(head, e.column);
   const bool moves = std::any_of(right.begin(), right.end(), [](Expr e) { return !e.is_zero(); });
-  return moves ? linear_solution(matrix_of(s), right, s.definite) : VecX(VecX::Zero(s.size));
+  return moves ? Peeling(matrix_of(s), right, symmetry_of(s)).solution() : VecX(VecX::Zero(s.size));
 }
 
 void solution_adjoint(Expr head, const VecX& adjoints, const std::function<bool(Expr)>& active,
                       const std::function<void(Expr, Expr)>& add) {
   if (std::all_of(adjoints.begin(), adjoints.end(), [](Expr e) { return e.is_zero(); })) return;
   const LinearSystem& s = system_of(head);
-  const VecX lambda = linear_solution(matrix_of(s, true), adjoints, s.definite);
+  const VecX lambda = Peeling(matrix_of(s, true), adjoints, symmetry_of(s)).solution();
   for (int i = 0; i < s.size; ++i)
     if (!lambda[i].is_zero() && active(s.b(i))) add(s.b(i), lambda[i]);
   for (const Entry& e : matrix_of(s))

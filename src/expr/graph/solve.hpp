@@ -28,6 +28,7 @@ struct LinearSystem {
   std::uint32_t matrix = 0;  ///< equal for systems with the same A, or with A and Aᵀ: one factorisation
   bool transposed = false;   ///< A is the transpose of the matrix of that number as it was first seen
   bool definite = false;     ///< A is symmetric and positive or negative definite: needs no pivoting
+  int leading = 0;           ///< of saddle_solution(); 0: none
 
   std::size_t entries() const { return places.size(); }
   Expr b(int i) const { return operands[entries() + static_cast<std::size_t>(i)]; }
@@ -43,6 +44,11 @@ VecX linear_solution(const MatX& A, const VecX& b);
 /// The same with the nonzero entries of A. `definite`: the caller knows that A is symmetric, and definite
 /// wherever it is regular; it is then factored without pivoting, in an order that keeps it sparse.
 VecX linear_solution(const std::vector<Entry>& A, const VecX& b, bool definite = false);
+
+/// The same for A = [M Cᵀ; C D], symmetric, with M ∈ ℝˡˣˡ, l = leading, positive definite and D negative semidefinite
+/// at most points: M first, then D - C M⁻¹ Cᵀ, needs no pivots there and keeps both sparse. Programs that do so check
+/// it at every evaluation (codegen/program/checked.hpp).
+VecX saddle_solution(const std::vector<Entry>& A, const VecX& b, int leading);
 
 /// Requires op() == Op::solve. The reference stays valid.
 const LinearSystem& system_of(Expr e);

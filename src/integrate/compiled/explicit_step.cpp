@@ -1,8 +1,10 @@
 #include "integrate/compiled/explicit_step.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 
+#include "codegen/program/checked.hpp"
 #include "integrate/compiled/pair_emitter.hpp"
 #include "integrate/compiled/step_cache.hpp"
 
@@ -72,13 +74,18 @@ class ExplicitEmitter {
         all_(problem.arguments()),
         at_end_(timed.outputs.begin() + static_cast<std::ptrdiff_t>(at_.n), timed.outputs.end()) {
     all_.insert(all_.end(), timed.symbols.begin(), timed.symbols.end());
-    f_ = codegen::lower(std::span(timed.outputs).first(at_.n), all_);
+    f_ = codegen::lower_checked(std::span(timed.outputs).first(at_.n), all_);
   }
 
   /// Out: as in ExplicitCode::End.
   Program step() {
     early_parts();
-    const auto slope = [this](int stage, const Slots& x) { return w_.inlined(f_, arguments_at(stage, x)); };
+    const auto slope = [this](int stage, const Slots& x) {
+      Slots values = w_.inlined(f_, arguments_at(stage, x));
+      if (values.size() > at_.n) sound_.push_back(values.back());
+      values.resize(at_.n);
+      return values;
+    };
     PairEmitter pair(w_, rk_, Formula(w_, w_.input(0)), x_, inputs_from(w_, at_.slope(), at_.n), slope);
     const Slots x1 = pair.end(), xdot = pair.slope_at_end();
     const Slots weight = pair.weights(inputs_from(w_, at_.rtol(), at_.n), inputs_from(w_, at_.atol(), at_.n));
@@ -98,6 +105,9 @@ class ExplicitEmitter {
     } else {
       results.insert(results.end(), 2, w_.constant(0));
     }
+    Slot all = w_.constant(1);
+    for (Slot sound : sound_) all = w_.put(Op::mul, all, sound);
+    results.push_back(all);
     for (const dae::Projection& stage : problem_.projections()) add_margins(stage, x1, results);
     return w_.finish(std::move(results));
   }
@@ -159,6 +169,7 @@ class ExplicitEmitter {
   Slots x_;
   std::vector<Expr> all_, at_end_;  ///< arguments; what the projections evaluate
   std::size_t margins_done_ = 0;    ///< of at_end_
+  Slots sound_;                     ///< of the stages: 1, or 0
   Program f_;
 };
 
@@ -216,7 +227,7 @@ std::shared_ptr<ExplicitCode> ExplicitCode::make(const Problem& problem, const T
   if (code->parts_ > 0) code->time_.emplace(entry->machines[1], problem, code->c_);
   const Layout at(problem, code->c_.size(), code->parts_);
   code->in_.resize(at.size());
-  code->out_.resize(3 * n + 6);
+  code->out_.resize(3 * n + 7);
   for (const dae::Projection& stage : problem.projections())
     code->out_.resize(code->out_.size() + stage.residuals.size());
   code->work_.resize(code->machine_->workspace_size());
@@ -239,8 +250,10 @@ ExplicitCode::End ExplicitCode::run(Problem& problem, const Point& from, double 
   machine_->run(in_.data(), out_.data(), work_.data());
   const double *x = out_.data(), *xdot = x + problem.n(), *scaled = xdot + problem.n();
   const double* norms = scaled + problem.n();
+  // A linear system that needs pivots, which the code has not: the caller goes from stage to stage.
+  if (norms[6] != 1) out_[0] = std::numeric_limits<double>::quiet_NaN();
   const double* const end = out_.data() + out_.size();
-  const bool near = std::all_of(norms + 6, end, [](double margin) { return margin >= 0; });
+  const bool near = std::all_of(norms + 7, end, [](double margin) { return margin >= 0; });
   return {x, xdot, scaled, norms[0], norms[1], norms[2], norms[3], norms[4], norms[5], near};
 }
 
