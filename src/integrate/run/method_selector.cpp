@@ -1,6 +1,7 @@
 #include "integrate/run/method_selector.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -16,6 +17,10 @@ void MethodSelector::start(const Point& point) {
                                        : Choice{method_.family, method_.tableau, ""};
   method_.tableau = choice.tableau;
   rival_ = choice.rival;
+  // What has been counted is kept until the run has turned out to be one of the hardest: first steps are small, and of
+  // BDF many.
+  constexpr double hardest = 3;  // usual_radau_steps()
+  look_.next = std::max(look_.next, std::lround(hardest * rival_.usual_steps));
   use(*choice.family, point, choice.why);
 }
 
@@ -91,7 +96,7 @@ void MethodSelector::leave_explicit() {
                                      : 100 * implicit_cost(problem.n() + problem.m());  // steps
   if (state_.plan.to - state_.stepper().here().t < worth * next) return;
   look_ = {state_.stats().steps + look_.apart, look_.apart, 0};
-  change(implicit_family(problem, method_, state_.plan), next,
+  change(rival_.family ? *rival_.family : implicit_family(problem, method_, state_.plan), next,
          "stiff: stability, not accuracy, limited the steps");
 }
 

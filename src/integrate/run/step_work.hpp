@@ -9,32 +9,38 @@
 
 namespace pendula::integrate {
 
-/// Work in operations of the compiled equations, some 0.18 ns each. Factorisations and solutions grow with the number
-/// of unknowns and with the width of the band, or of the separators of a grid. Factors are fitted to measured steps of
-/// Brusselators, Burgers' and Fisher's equations, Gray & Scott's and the heat equation on 50 … 500 points
-/// (docs/performance.md).
+/// Work in ns of the processor of docs/performance.md, where the measured steps are to which the factors are fitted:
+/// only ratios count. Factorisations and solutions grow with the number of unknowns and with the width of the band,
+/// or of the separators of a grid. Operations of the equations count little where four of neighbours are done at a
+/// time, functions like exp much.
 class StepWork {
  public:
   /// Nothing for small models, whose steps are machine code, and where z has to be solved for.
   static std::optional<StepWork> of(const Problem& problem);
   static constexpr int small = 60;  ///< unknowns
 
-  double explicit_step(int stages) const { return stages * (operations_ + 5 * n_) + 65 * n_; }
+  double explicit_step(int stages) const { return 770 + 1.1 * stages * evaluation(); }
   /// Radau IIA: of order 5 where few digits are asked for, else of order 9.
   double radau_step(double rtol) const;
-  double rosenbrock_step() const { return n_ * (560 + 56 * width_) + 8 * operations_; }
+  double rosenbrock_step() const { return n_ * (200 + 14 * width_) + 100 * calls_; }
+  double bdf_step() const { return n_ * (90 + 6 * width_) + 0.6 * operations_ + 30 * calls_; }
   /// A whole interval by a Chebyshev method.
   double chebyshev_run(const Rates& rates, double span, double rtol) const;
 
  private:
-  StepWork(double n, double operations, double width) : n_(n), operations_(operations), width_(width) {}
-  double n_, operations_, width_;
+  StepWork(double n, double operations, double calls, double width)
+      : n_(n), operations_(operations), calls_(calls), width_(width) {}
+  static std::optional<StepWork> count(const Problem& problem);
+  /// x′, and the sum for the next stage.
+  double evaluation() const { return 0.1 * operations_ + 1.7 * n_ + 9 * calls_; }
+  double n_, operations_, calls_, width_;
 };
 
-/// Steps of an implicit method over an interval in which a solution changes as those of the models above did: their
+/// Steps of an implicit method over an interval in which a solution changes as those of docs/performance.md do: their
 /// median. Of the others the easiest takes less than half of it, the hardest three times as many.
 double usual_radau_steps(double rtol);
 double usual_rosenbrock_steps(double rtol);
+double usual_bdf_steps(double rtol);
 
 /// |λ| h of the explicit pairs on the negative real axis at the limit of stability: 5.9 … 6.4 for orders 7 and 8.
 constexpr double stability_limit = 6;

@@ -7,8 +7,7 @@
 namespace pendula::integrate {
 namespace {
 
-constexpr Eigen::Index most = 12;          // of a Krylov space
-constexpr Eigen::Index few_unknowns = 20;  // all eigenvalues
+constexpr Eigen::Index most = 12;  // of a Krylov space; all eigenvalues of models that have no more
 
 /// v ↦ D⁻¹ (∂x′/∂x) D v, D the sizes of the states: variables of any unit count alike.
 class ScaledJacobian {
@@ -92,7 +91,7 @@ void balance(Mat& A) {
 std::optional<Rates> rates(RhsSolver& derivative, const Point& at) {
   const Eigen::Index n = at.x.size();
   const ScaledJacobian J(derivative, at);
-  auto matrix = n <= few_unknowns ? columns(J, n) : hessenberg(J, n);
+  auto matrix = n <= most ? columns(J, n) : hessenberg(J, n);
   if (!matrix) return {};
   balance(*matrix);
   const Eigen::EigenSolver<Mat> solver(*matrix, false);

@@ -21,7 +21,8 @@ struct Rates {
 ///
 /// requires  x′ of `at` follows from its t and x
 /// returns   nothing where x′ cannot be evaluated near the point, or the eigenvalues do not converge
-/// cost      up to 20 states one evaluation of x′ each, beyond 12; eigenvalues of a matrix of that size
+/// cost      up to 12 states one evaluation of x′ each, beyond 12; eigenvalues of a matrix of that size (20 × 20:
+///           0.27 M instructions, as much as four steps of Radau IIA)
 std::optional<Rates> rates(RhsSolver& derivative, const Point& at);
 
 }  // namespace pendula::integrate
