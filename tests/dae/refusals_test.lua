@@ -7,6 +7,17 @@ end
 refused("a state that is no variable", function() return dae.semi_explicit { x = { param "a" },
   f = { x } } end,
   "x must be made of variables (var \"x\"), got 'a'")
+refused("an algebraic variable that is an expression", function()
+  return dae.semi_explicit { x = x, z = x + 2*z, f = z - x } end,
+  "z must be made of variables (var \"z\"), got 'x + 2 z'")
+refused("a state of an implicit model that is an expression", function()
+  return dae.implicit { x = 2*x, F = der(x) - x } end,
+  "x must be made of variables (var \"x\"), got '2 x'")
+refused("an input that is an expression", function()
+  return dae.semi_explicit { x = x, u = x + 1, f = -x } end,
+  "u must be made of variables (var \"u\"), got 'x + 1'")
+refused("a state that stands there twice", function()
+  return dae.semi_explicit { x = { x, x }, f = { x, x } } end, "x contains x twice")
 refused("no equations", function() return dae.semi_explicit { x = { x } } end,
   "expected { x =, z =, u =, f =, g = }: x and f are required")
 refused("a matrix is missing", function() return dae.linear { E = { { 1 } } } end,

@@ -22,6 +22,7 @@ local typed = {
     { "return sinn(x)", "sin" },
   { "lagrnge {}", "lagrange" }, { "x.dott = 1", "" }, { "return x.dott", "dot" }, { "q[1] = 5", "" },
     { "return q[0]", "3" },
+  { "return bin({1, 1/0}, 2)", "infinite" }, { "return smooth_density{1, 1/0}", "infinite" },
   { "return q[4]", "3" }, { "return q[1.5]", "" }, { "return q(1, 2)", "1" }, { "return q:slice(2, 9)", "" },
   { "return q:slice(0, 1)", "" }, { "return q:slice(3, 1)", "" }, { "return q:block(1, 9, 1, 1)", "" },
   { "return ('x') + x", "" }, { "return {} + x", "" }, { "return x + nil", "nil" },

@@ -21,14 +21,22 @@ namespace {
 
 using Index = Eigen::Index;
 
-std::vector<Expr> list(const VecX& v) { return {v.data(), v.data() + v.size()}; }
+/// The entries of x, z or u. Throws Error naming what is no variable, or stands there twice.
+std::vector<Expr> variables(const char* what, const VecX& v) {
+  std::vector<Expr> list;
+  for (Expr e : v) {
+    const bool is_input = what[0] == 'u' && e.is_symbol() && symbol_of(e).kind == Kind::input;
+    if (!is_input && (!e.is_symbol() || symbol_of(e).kind != Kind::variable))
+      throw Error(text(what, " must be made of variables (var \"", what, "\"), got '", to_text(e), "'"));
+    if (std::find(list.begin(), list.end(), e) != list.end())
+      throw Error(text(what, " contains ", to_text(e), " twice"));
+    list.push_back(e);
+  }
+  return list;
+}
 
 VecX derivative(const VecX& x) {
-  return x.unaryExpr([](Expr e) {
-    if (!e.is_symbol() || symbol_of(e).kind != Kind::variable)
-      throw Error(text("x must be made of variables (var \"x\"), got '", to_text(e), "'"));
-    return derivative_leaf(e);
-  });
+  return x.unaryExpr([](Expr e) { return derivative_leaf(e); });
 }
 
 /// The model under the name of the form it is written in, though its rows could be solved for x′.
@@ -53,9 +61,9 @@ ModelPtr semi_explicit(const VecX& x, const VecX& z, const VecX& u, const VecX& 
   check_size("f", f.size(), x.size(), "state", "x");
   ModelOptions options;
   options.name = std::move(name);
-  options.x = list(x);
-  options.z = list(z);
-  options.u = list(u);
+  options.x = variables("x", x);
+  options.z = variables("z", z);
+  options.u = variables("u", u);
   std::vector<Block> blocks;
   if (x.size()) blocks.push_back({derivative(x), f, ""});
   if (g.size()) blocks.push_back({VecX::Zero(g.size()), g, ""});
@@ -68,9 +76,9 @@ ModelPtr semi_explicit(const VecX& x, const VecX& z, const VecX& u, const VecX& 
 ModelPtr implicit(const VecX& x, const VecX& z, const VecX& u, const VecX& F, std::string name) {
   ModelOptions options;
   options.name = std::move(name);
-  options.x = list(x);
-  options.z = list(z);
-  options.u = list(u);
+  options.x = variables("x", x);
+  options.z = variables("z", z);
+  options.u = variables("u", u);
   return as_implicit(make_model({{VecX::Zero(F.size()), F, ""}}, std::move(options)));
 }
 
@@ -87,8 +95,8 @@ ModelPtr linear(const MatX& E, const MatX& A, const MatX& B, VecX x, VecX u, std
   if (u.size()) check_size("u", u.size(), B.cols(), "column", "B");
   ModelOptions options;
   options.name = std::move(name);
-  options.x = list(x);
-  options.u = list(u);
+  options.x = variables("x", x);
+  options.u = variables("u", u);
   VecX right = A * x;
   if (B.size()) right += B * u;
   return make_model({{E * derivative(x), right, ""}}, std::move(options));

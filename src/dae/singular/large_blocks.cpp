@@ -110,6 +110,8 @@ class Saddle {
         for (const auto& [j, value] : all_[i]) moved_[j] = 1;
     return read_dynamics() && read_constraints() && columns_match();
   }
+  /// The entry of M in this column. Requires gradients_decide().
+  Expr inertia(int column) const { return all_[place_.at(column)].at(column); }
 
  private:
   bool read_dynamics() {
@@ -250,6 +252,14 @@ bool is_distance(Expr C, const std::vector<Entry>& gradient, const ParameterValu
   return std::fabs(a) > 1e-9 * (std::fabs(s[0]) + std::fabs(b * c[0]));
 }
 
+/// M of the coordinate that this acceleration belongs to.
+Expr inertia(const Mechanics& mechanics, Expr acceleration) {
+  const Expr coordinate = symbol_of(acceleration).base;
+  for (const Entry& e : mechanics.M)
+    if (e.row == e.column && mechanics.q[e.row] == coordinate) return e.value;
+  return 0;
+}
+
 std::vector<LargeBlock> found_in(const ModelPtr& source) {
   std::vector<LargeBlock> list;
   if (source->residuals.size() != source->variables.size()) return list;
@@ -286,19 +296,25 @@ std::vector<LargeBlock> found_in(const ModelPtr& source) {
       block.determined.push_back(derivative_leaf(source->variables[k].leaf, a.offsets.d[k]));
     }
     const Kinematics rest = without_kinematics(all, differentiated);
-    const bool decided =
-        source->mechanics.has_value() ||
-        (!rest.rows.empty() && Saddle(rest.rows, rest.is_gradient, source->values).gradients_decide());
+    Saddle saddle(rest.rows, rest.is_gradient, source->values);
+    const bool by_pattern = !source->mechanics && !rest.rows.empty() && saddle.gradients_decide();
+    const bool decided = source->mechanics || by_pattern;
     if (!constraints.empty()) {
       std::vector<int> columns;
       block.gradients =
           Gradients(std::move(constraints), std::move(names)).matrix(block.constraints, columns);
-      for (int j : columns) block.moved.push_back(block.determined[j]);
+      for (int j : columns) {
+        block.moved.push_back(block.determined[j]);
+        if (decided)
+          block.inertia.push_back(by_pattern ? saddle.inertia(j)
+                                             : inertia(*source->mechanics, block.moved.back()));
+      }
     }
     if (all_constant(block.gradients.entries)) {
       block.gradients = {};
       block.constraints.clear();
       block.moved.clear();
+      block.inertia.clear();
     }
     if (block.gradients.rows == 1 && decided &&
         is_distance(residual.at(block.constraints[0]), block.gradients.entries, source->values))
@@ -318,13 +334,15 @@ std::vector<LargeBlock> large_blocks(const ModelPtr& model) {
   const auto* found = known.find(key);
   std::vector<LargeBlock> list = found ? *found : known.insert(key, found_in(regular_form(written)));
   if (model->relations.empty()) return list;
-  for (LargeBlock& block : list)
+  for (LargeBlock& block : list) {
+    block.inertia = substitute(block.inertia, model->relations);
     for (LargeBlock::Matrix* m : {&block.gradients, &block.jacobian, &block.all}) {
       std::vector<Expr> values;
       for (const Entry& e : m->entries) values.push_back(e.value);
       values = substitute(values, model->relations);
       for (std::size_t k = 0; k < values.size(); ++k) m->entries[k].value = values[k];
     }
+  }
   return list;
 }
 

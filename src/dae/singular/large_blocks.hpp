@@ -20,6 +20,8 @@ struct LargeBlock {
   Matrix gradients;
   std::vector<std::string> constraints;  ///< names of the rows: "C₁", "(3)"
   std::vector<Expr> moved;               ///< of every column of the gradients, what it determines
+  std::vector<Expr>
+      inertia;  ///< of every column of the gradients, its diagonal entry of M; empty: M is not known
   /// J itself, which must be regular; no rows where that follows from the gradients (`definite`) or J is
   /// constant.
   Matrix jacobian;

@@ -43,8 +43,9 @@ struct Plan {
 
   // ── chosen steps only ──
   Tolerances tolerances;  ///< empty: rtol = 1e-6, atol = 1e-9
-  Vec sizes;              ///< natural_sizes() at the start, where blocks are watched; empty or 0: not known
-  double dt_first = 0;    ///< 0: chosen
+  std::function<Vec()>
+      sizes;  ///< natural_sizes() at the start, asked where a block seems to lose its rank; may be null
+  double dt_first = 0;  ///< 0: chosen
   double dt_max = std::numeric_limits<double>::infinity();
   long most_steps = 10'000'000;
   /// Index of every unknown of (x, z) for the error test of a model of index 2 or 3 (Hairer & Wanner II,

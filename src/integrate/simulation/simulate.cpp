@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <string>
 
-#include "integrate/event/monitor/rank_block.hpp"
 #include "integrate/run/adaptive_run.hpp"
 #include "integrate/run/fixed_step_run.hpp"
 #include "integrate/simulation/array_run.hpp"
@@ -44,8 +43,11 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
   };
   Plan plan = simulation.plan;
   if (plan.check_singularities) watch_singularities(plan, model, simulation, *run.problem);
-  if (std::any_of(plan.blocks.begin(), plan.blocks.end(), RankBlock::needs_sizes))
-    plan.sizes = natural_sizes(*run.problem, run.start, plan.from, plan.to - plan.from);
+  if (!plan.blocks.empty())
+    plan.sizes = [problem = run.problem, start = run.start, from = plan.from, to = plan.to] {
+      Problem own(*problem);  // asked in the middle of a step
+      return natural_sizes(own, start, from, to - from);
+    };
   if (plan.dt)
     return wrap(simulation.method.multistep
                     ? integrate_bdf(run.problem, simulation.method.multistep, run.start, plan)

@@ -21,13 +21,18 @@ ConstraintRank::ConstraintRank(RankBlock& block, double tolerance)
   // measured beside kernels: 3 operations per fused multiply-add of the factor, 12 a row for its solves
   cost_ = 100 + static_cast<double>(gradients_.operations()) + 3.0 * static_cast<double>(gram_.operations()) +
           12.0 * rows;
-  const std::vector<double> units = block_.units_of_columns();
-  for (const Entry& e : block_.block().gradients.entries) unit_.push_back(units[e.column]);
-  last_.u = RankBlock::generic_direction(rows) / std::sqrt(static_cast<double>(rows));
+  generic_ = RankBlock::generic_direction(rows) / std::sqrt(static_cast<double>(rows));
+  last_.u = generic_;
 }
 
 void ConstraintRank::start(const Point& point) {
-  last_.t = begin_ = point.t;
+  begin_ = point;
+  unit_.clear();
+  std::vector<double> units = block_.units_by_inertia(point);
+  if (units.empty() && gram_.rows() == 1) units = block_.units_by_size();
+  if (!units.empty())
+    for (const Entry& e : block_.block().gradients.entries) unit_.push_back(units[e.column]);
+  last_.t = point.t;
   last_.size = measure(point, last_.u, last_.w, 8);
   keep_gradients(last_);
   first_ = largest_ = last_.size;
@@ -35,7 +40,7 @@ void ConstraintRank::start(const Point& point) {
 
 double ConstraintRank::measure(const Point& p, Vec& u, Vec& w, int iterations) {
   gradients_(block_.values(p), numbers_.data());
-  for (std::size_t k = 0; k < numbers_.size(); ++k) numbers_[k] *= unit_[k];
+  for (std::size_t k = 0; k < unit_.size(); ++k) numbers_[k] *= unit_[k];
   gram_.factorise(numbers_.data());
   return gram_.least(u, w, iterations);
 }
@@ -55,8 +60,11 @@ void ConstraintRank::keep_gradients(Look& look) const {
 }
 
 void ConstraintRank::look_again(const Point& point, const Look& before, Look& next) {
+  constexpr double share =
+      0.1;  // of all combinations: one that becomes the smallest may be orthogonal to the last
   next.t = point.t;
-  next.u = before.u;
+  next.u = before.u + share * generic_;
+  next.u /= next.u.norm();
   next.size = measure(point, next.u, next.w, 2);
   if (next.u.dot(before.u) < 0) {
     next.u *= -1;
@@ -92,6 +100,7 @@ std::optional<Stop> ConstraintRank::closing_in(const Look& next, const Point& po
   const bool straight = (next.w - last_.w).norm() < 2 * closed;
   double t = straight ? point.t + std::min(dt * next.size / closed, dt) : point.t;
   if (straight) t = seen_from_afar(next, closed / dt, between).value_or(t);
+  if (!is_lost_in_units(point.t, last_.t, between)) return {};
   return Stop{t,
               text(dependent(next.u), " there to within the tolerance, and the equations ",
                    block_.loses(point), RankBlock::remedy()),
@@ -104,7 +113,7 @@ std::optional<double> ConstraintRank::seen_from_afar(const Look& next, double ra
                                                      const SolutionBetween& between) {
   constexpr double many = 30;  // times √ε
   const double far = many * near_ * largest_ / rate;
-  if (next.t - far < begin_) return {};
+  if (next.t - far < begin_.t) return {};
   double size[2];
   for (int k : {0, 1}) {
     Point p;
@@ -154,10 +163,34 @@ std::optional<Stop> ConstraintRank::narrow(const Look& from, const Look& to, con
   }
   if (!(at.size <= zero_size * std::max(from.size, to.size))) return {};
   const double t = low + (high - low) / 2;
+  if (!is_lost_in_units(low, from.t, between)) return {};
   return Stop{t,
               text(dependent(at.u), " there, and the equations ",
                    block_.loses(RankBlock::just_before(t, from.t, between)), RankBlock::remedy()),
               last_.t};
+}
+
+/// Where no masses are known, gradients of angles and of lengths in micrometres cannot be compared: beside 10⁶ a 1 looks
+/// like 0. In the sizes of the unknowns it is small only where the rank is lost. They are not asked before: they are
+/// rough, and would turn the smallest combination of several so that a passage through 0 is missed.
+bool ConstraintRank::is_lost_in_units(double t, double before, const SolutionBetween& between) const {
+  constexpr double small = 0.1;  // beside its size before: at a passage 3e-3 and less, else near 1
+  const std::vector<double> units = unit_.empty() ? block_.units_by_size() : std::vector<double>();
+  if (units.empty()) return true;
+  const auto& matrix = block_.block().gradients;
+  GramFactor gram(matrix.rows, matrix.columns, RankBlock::positions(matrix));
+  std::vector<double> numbers(numbers_.size());
+  const auto size = [&](const Point& p) {
+    gradients_(block_.values(p), numbers.data());
+    for (std::size_t k = 0; k < numbers.size(); ++k) numbers[k] *= units[matrix.entries[k].column];
+    gram.factorise(numbers.data());
+    Vec u = RankBlock::generic_direction(matrix.rows), w;
+    return gram.least(u, w, 8);
+  };
+  double largest = size(begin_);
+  Point p;
+  if (RankBlock::reached(before, between, p)) largest = std::max(largest, size(p));
+  return !RankBlock::reached(t, between, p) || size(p) <= small * largest;
 }
 
 /// "the constraints C₁, C₃ are dependent (∇C₁ - 0.5 ∇C₃ = 0)"

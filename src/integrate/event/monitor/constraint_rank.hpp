@@ -55,16 +55,18 @@ class ConstraintRank {
   std::optional<Stop> scan(const Look& from, const Look& to, int depth, const SolutionBetween& between);
   std::optional<Stop> narrow(const Look& from, const Look& to, const SolutionBetween& between);
   std::string dependent(const Vec& u) const;
+  bool is_lost_in_units(double t, double before, const SolutionBetween& between) const;
 
   static constexpr double forever = std::numeric_limits<double>::infinity();
   RankBlock& block_;
   codegen::Kernel gradients_;
   GramFactor gram_;
-  std::vector<double> numbers_, unit_;  ///< unit_: of every entry
+  std::vector<double> numbers_, unit_;  ///< unit_: of every entry; empty: as it stands
   Look last_, next_;                    ///< next_: kept for its storage
+  Vec generic_;                         ///< u before anything is known
   double near_;                         ///< of the largest size: closer counts as reached
   double largest_ = 0, first_ = 0;
-  double begin_ = 0;       ///< time of the start
+  Point begin_;            ///< of the run
   double pace_ = forever;  ///< time in which w changes by half its length
   double cost_ = 0;
   long steps_to_change_ = 1;

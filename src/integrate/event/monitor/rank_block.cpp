@@ -13,14 +13,23 @@ namespace pendula::integrate {
 
 constexpr std::size_t most_names = 6;
 
-RankBlock::RankBlock(const dae::LargeBlock& block, const ProblemPtr& problem, const Vec& sizes)
-    : block_(block), given_(problem), values_(problem->values()), sizes_(sizes) {
+RankBlock::RankBlock(const dae::LargeBlock& block, const ProblemPtr& problem, std::function<Vec()> sizes)
+    : block_(block), given_(problem), values_(problem->values()), sizes_(std::move(sizes)) {
   if (!problem->model().u.empty()) own_ = std::make_shared<Problem>(*problem);
 }
 
-std::vector<double> RankBlock::units_of_columns() const {
-  const std::vector<double> ones(static_cast<std::size_t>(block_.gradients.columns), 1.0);
-  if (!needs_sizes(block_)) return ones;
+std::vector<double> RankBlock::units_by_inertia(const Point& point) {
+  std::vector<double> units(block_.inertia.size());
+  codegen::Kernel(block_.inertia, arguments())(values(point), units.data());
+  for (double& unit : units) unit = 1 / std::sqrt(std::fabs(unit));
+  const bool known =
+      std::all_of(units.begin(), units.end(), [](double u) { return u > 0 && std::isfinite(u); });
+  return known ? units : std::vector<double>();
+}
+
+std::vector<double> RankBlock::units_by_size() const {
+  if (!sizes_) return {};
+  const Vec sizes = sizes_();
   const dae::FirstOrder& form = given_->model();
   std::vector<Expr> unknowns = form.x;
   unknowns.insert(unknowns.end(), form.z.begin(), form.z.end());
@@ -30,12 +39,12 @@ std::vector<double> RankBlock::units_of_columns() const {
     for (int order = symbol_of(leaf).order - 1; order >= 0 && !(size > 0); --order) {
       const Expr state = derivative_leaf(symbol_of(leaf).base, order);  // y″ is v′ where v stands for y′
       const auto at = std::find(unknowns.begin(), unknowns.end(), state);
-      if (at != unknowns.end() && at - unknowns.begin() < sizes_.size()) size = sizes_[at - unknowns.begin()];
+      if (at != unknowns.end() && at - unknowns.begin() < sizes.size()) size = sizes[at - unknowns.begin()];
     }
     units.push_back(size);
   }
   const bool known = std::all_of(units.begin(), units.end(), [](double size) { return size > 0; });
-  return known ? units : ones;
+  return known ? units : std::vector<double>();
 }
 
 const double* RankBlock::values(const Point& p) {

@@ -20,17 +20,17 @@ using SolutionBetween = std::function<void(double t, Point& out)>;
 
 class RankBlock {
  public:
-  /// sizes: of the unknowns (x, z), or empty.
-  RankBlock(const dae::LargeBlock& block, const ProblemPtr& problem, const Vec& sizes = {});
+  /// sizes: of the unknowns (x, z); null: not known.
+  RankBlock(const dae::LargeBlock& block, const ProblemPtr& problem, std::function<Vec()> sizes = {});
 
   const dae::LargeBlock& block() const { return block_; }
   const std::vector<Expr>& arguments() const { return given_->arguments(); }
-  /// Whether sizes change what is watched.
-  static bool needs_sizes(const dae::LargeBlock& block) { return block.gradients.rows == 1; }
-  /// How large each unknown is that a column of the gradients moves, in one unit of time; 1 where it is not known, and
-  /// for several rows: a rough size would turn their smallest combination, and a passage through 0 be missed.
-  /// Gradients of y in metres and x in micrometres cannot be compared without.
-  std::vector<double> units_of_columns() const;
+  /// M_jj^(-1/2) for each column of the gradients, at a point: in these units their lengths do not depend on those of the
+  /// unknowns (G M⁻¹ Gᵀ is what must be regular). Empty where M is not known or an entry is 0.
+  std::vector<double> units_by_inertia(const Point& point);
+  /// How large each unknown is that a column of the gradients moves, in one unit of time: rough. Empty where it is not
+  /// known.
+  std::vector<double> units_by_size() const;
   /// [t, x, x′, z, u, p] at a point; valid until the next call.
   const double* values(const Point& point);
 
@@ -58,7 +58,7 @@ class RankBlock {
   const dae::LargeBlock& block_;
   ProblemPtr given_, own_;  ///< own_: a copy where there are inputs, whose evaluation changes the problem
   std::vector<double> values_;
-  Vec sizes_;
+  std::function<Vec()> sizes_;
 };
 
 }  // namespace pendula::integrate

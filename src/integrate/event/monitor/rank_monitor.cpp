@@ -17,7 +17,8 @@ constexpr double forever = std::numeric_limits<double>::infinity();
 
 /// One block.
 struct RankMonitor::Part {
-  Part(const dae::LargeBlock& given, const ProblemPtr& problem, const Vec& sizes, double tolerance)
+  Part(const dae::LargeBlock& given, const ProblemPtr& problem, const std::function<Vec()>& sizes,
+       double tolerance)
       : block(given, problem, sizes) {
     if (given.gradients.rows > 0) gradients.emplace(block, tolerance);
     if (given.jacobian.rows > 0) jacobian.emplace(block);
@@ -66,7 +67,8 @@ struct RankMonitor::Part {
 };
 
 RankMonitor::RankMonitor(const ProblemPtr& problem, const std::vector<dae::LargeBlock>& blocks,
-                         double tolerance, const Vec& sizes, StepInterpolation* interpolation)
+                         double tolerance, const std::function<Vec()>& sizes,
+                         StepInterpolation* interpolation)
     : problem_(problem),
       blocks_(blocks),
       parts_(blocks.size()),

@@ -18,10 +18,10 @@ namespace pendula::integrate {
 class RankMonitor : public Monitor {
  public:
   /// tolerance: of the run, relative; 1e-6 at most. interpolation: of the run, null if it has none: then
-  /// between two looks by Hermite interpolation. sizes: of the unknowns, or empty. Requires that blocks and
-  /// interpolation outlive it.
+  /// between two looks by Hermite interpolation. sizes: of the unknowns, asked where a rank seems to be lost; null:
+  /// not known. Requires that blocks and interpolation outlive it.
   RankMonitor(const ProblemPtr& problem, const std::vector<dae::LargeBlock>& blocks, double tolerance,
-              const Vec& sizes, StepInterpolation* interpolation = nullptr);
+              const std::function<Vec()>& sizes, StepInterpolation* interpolation = nullptr);
   ~RankMonitor() override;
   bool empty() const { return parts_.empty(); }
 
@@ -41,7 +41,7 @@ class RankMonitor : public Monitor {
   const std::vector<dae::LargeBlock>& blocks_;
   std::vector<std::unique_ptr<Part>> parts_;
   double tolerance_;
-  Vec sizes_;
+  std::function<Vec()> sizes_;
   StepInterpolation* interpolation_;
   Point looked_;                     ///< where the run began, then at the last look
   double due_ = 0, operations_ = 0;  ///< operations_: of one evaluation of the equations

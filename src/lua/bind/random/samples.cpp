@@ -18,6 +18,14 @@ std::vector<double> sample_of(Call& call, int i) {
   return sorted;
 }
 
+/// The same, for what divides their range.
+std::vector<double> finite_sample_of(Call& call, int i) {
+  std::vector<double> sorted = sample_of(call, i);
+  if (!std::isfinite(sorted.front()) || !std::isfinite(sorted.back()))
+    throw Error("the data contain an infinite value; leave it out");
+  return sorted;
+}
+
 int sample_quantile_of(Call& call) {
   const std::vector<double> sorted = sample_of(call, 1);
   const bool one = lua_type(call.L, 2) == LUA_TNUMBER;
@@ -38,7 +46,7 @@ int bin(Call& call) {
   const long bins = call.integer(2, "bins", 0);
   if (bins < 0 || bins > 1'000'000 || (call.has(2) && bins == 0))
     throw Error(text("bins = ", bins, "; it must lie between 1 and 1 000 000"));
-  const random::Histogram h = random::histogram(sample_of(call, 1), static_cast<int>(bins));
+  const random::Histogram h = random::histogram(finite_sample_of(call, 1), static_cast<int>(bins));
   lua_createtable(call.L, 0, 2);
   set_column(call.L, "edges", h.edges);
   set_column(call.L, "counts", {h.counts.begin(), h.counts.end()});
@@ -46,7 +54,7 @@ int bin(Call& call) {
 }
 
 int smooth_density(Call& call) {
-  const std::vector<double> sorted = sample_of(call, 1);
+  const std::vector<double> sorted = finite_sample_of(call, 1);
   double bandwidth = call.number(3, "bandwidth", 0);
   if (call.has(3) && !(bandwidth > 0))
     throw Error(text("bandwidth = ", shortest(bandwidth), "; it must be positive"));

@@ -1,0 +1,74 @@
+-- Whether constraints become dependent does not depend on units: an angle moves a point that is 10⁹ nm away.
+local units = { 1e6, 1000, 1, 1e-3, 1e-6, 1e-9 }  -- of length, in metres
+
+-- Absolute coordinates: centre and angle of crank, coupler and rocker; the ground has length 2.
+local function four_bar(unit, rocker)
+  local length, q = { 1/unit, 2/unit, rocker/unit }, var("q", 9)
+  local T = 0
+  for i, l in ipairs(length) do
+    local x, y, turn = q[3*i - 2].dot, q[3*i - 1].dot, q[3*i].dot
+    T = T + x^2 + y^2 + l^2*turn^2/12
+  end
+  local function tip(i, side)
+    local arm = side*length[i]/2
+    return q[3*i - 2] + arm*cos(q[3*i]), q[3*i - 1] + arm*sin(q[3*i])
+  end
+  local C = {}
+  local function joint(x1, y1, x2, y2) C[#C + 1], C[#C + 2] = x1 - x2, y1 - y2 end
+  local ax, ay = tip(1, -1)
+  joint(ax, ay, 0, 0)
+  local bx, by = tip(1, 1)
+  joint(bx, by, tip(2, -1))
+  local cx, cy = tip(2, 1)
+  joint(cx, cy, tip(3, 1))
+  local dx, dy = tip(3, -1)
+  joint(dx, dy, 2/unit, 0)
+  local sys = lagrange { q = q, T = T, V = 0*q[1], C = C }
+  local start = sys:init { fix = { [q[3]] = 1, [q[3].dot] = 1 }, guess = {
+    [q[1]] = 0.3/unit, [q[2]] = 0.4/unit, [q[4]] = 1.5/unit, [q[5]] = 0.8/unit, [q[6]] = 0.1,
+    [q[7]] = (2 + 0.3*rocker)/unit, [q[8]] = 0.4*rocker/unit, [q[9]] = 0.9 } }
+  return sys, start, q[3]
+end
+
+test("a linkage that folds flat stops there in every unit", function()
+  for _, unit in ipairs(units) do
+    local sys, start = four_bar(unit, 1)
+    for _, form in ipairs { "acc", "project" } do
+      for _, method in ipairs { "auto", "radau" } do
+        local sol = sys:reduce(form):integrate { start = start, to = 10, rtol = 1e-7, method = method }
+        expect(sol.status):matches "^stopped at t = 2.14159: the constraints C₁, C₃, C₅, C₇ are dependent"
+      end
+    end
+  end
+end)
+
+test("a linkage that is never flat turns for ever in every unit", function()
+  local metres
+  for _, unit in ipairs { 1, table.unpack(units) } do
+    local sys, start, crank = four_bar(unit, 1.6)
+    local sol = sys:reduce():integrate { start = start, to = 20, rtol = 1e-8 }
+    expect(sol.status):equals "finished"
+    metres = metres or sol:final(crank)
+    expect(sol:final(crank)):near(metres, 1e-5)
+  end
+end)
+
+-- With the crank at π the gradient of C₁ is (0, -1, 0), beside (±r/unit, -1, 0) before and behind.
+test("a slider-crank passes its dead centres in every unit", function()
+  local metres
+  for _, unit in ipairs { 1, table.unpack(units) } do
+    local q, r, l = var("q", 3), 0.3/unit, 0.8/unit
+    local crank, slider, rod = q[1], q[2], q[3]
+    local sys = lagrange { q = q, V = 0*crank,
+      T = 0.025/unit^2*crank.dot^2 + slider.dot^2 + 0.05/unit^2*rod.dot^2,
+      C = { r*cos(crank) + l*cos(rod) - slider, r*sin(crank) + l*sin(rod) } }
+    local start = sys:init { fix = { [crank] = 0.4, [crank.dot] = 3 },
+      guess = { [slider] = 1/unit, [rod] = -0.1 } }
+    for _, method in ipairs { "auto", "radau", "bdf" } do
+      local sol = sys:reduce():integrate { start = start, to = 4, rtol = 1e-8, method = method }
+      expect(sol.status):equals "finished"
+      metres = metres or sol:final(slider)
+      expect(sol:final(slider)*unit):near(metres, 1e-5)
+    end
+  end
+end)
