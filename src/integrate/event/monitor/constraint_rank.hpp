@@ -15,7 +15,8 @@ namespace pendula::integrate {
 /// The gradients G of the constraints of a block: with the unit vector u that makes w = Gᵀu smallest, w
 /// passes 0 and reverses where rows become dependent (‖w‖ is the least singular value there). It cannot do so
 /// before G has changed by ‖w‖ (Weyl's inequality): that says when to look again, and whether to look between
-/// two steps. The time is found by bisection on the continuous extension.
+/// two steps. The time is found by bisection on the continuous extension. Columns are divided by √M_jj where M
+/// is known, so that what is found does not depend on units.
 class ConstraintRank {
  public:
   /// Blocks of at most this many rows are looked at after every step: there Weyl's inequality is sharp enough
