@@ -72,3 +72,29 @@ test("a slider-crank passes its dead centres in every unit", function()
     end
   end
 end)
+
+-- Three masses on springs and a rod. In kilometres, hours and tonnes a spring outweighs a mass by 10¹⁰ at a
+-- random point: singular values below 10⁻⁹ of the largest are no rounding errors there.
+test("form array of masses on springs in kilometres and hours", function()
+  local function chain(L, T, M)
+    local q, k, m, g, l = var("q", 6), 500*T^2/M, 0.2/M, 9.81*T^2/L, 0.3/L
+    local kinetic, V, px, py = 0, 0, 0, 0
+    for i = 1, 3 do
+      local x, y = q[2*i - 1], q[2*i]
+      V = V + m*g*y + (i < 3 and k/2*(sqrt((x - px)^2 + (y - py)^2) - l)^2 or 0)
+      kinetic = kinetic + m/2*(x.dot^2 + y.dot^2)
+      px, py = x, y
+    end
+    local rod = (q[5] - q[3])^2 + (q[6] - q[4])^2 - l^2
+    local sys = lagrange { q = q, T = kinetic, V = V, C = { rod } }
+    local fix = { [q[1]] = l, [q[2]] = 0, [q[3]] = 2*l, [q[4]] = 0.01/L, [q[5]] = 0.85/L }
+    for i = 1, 5 do fix[q[i].dot] = 0 end
+    return sys, sys:init { fix = fix, guess = { [q[6]] = 0.2/L } }, q
+  end
+  local metres, start, q = chain(1, 1, 1)
+  local reference = metres:reduce():integrate { start = start, to = 0.8, rtol = 1e-10 }
+  local sys, begin = chain(1000, 3600, 1000)
+  local sol = sys:reduce "array":integrate { start = begin, to = 0.8/3600, rtol = 1e-8 }
+  expect(sol.status):equals "finished"
+  for i = 1, 6 do expect(sol:final(q[i])*1000):near(reference:final(q[i]), 1e-6) end
+end)

@@ -1,12 +1,15 @@
 #include "dae/rank/rank.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <random>
 
 #include "base/decompositions.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/graph/derivative.hpp"
+#include "expr/graph/evaluator.hpp"
 #include "expr/graph/generic.hpp"
 
 namespace pendula::dae {
@@ -54,15 +57,78 @@ int numeric_rank(const Mat& m, double* gap) {
   return rank;
 }
 
+/// The rank at a point for equations in any units: singular values count that stand clear of what the last digits of the
+/// point change. Rows and columns are divided in turn by √(largest · least entry) (Tomlin, Math. Programming Study 4,
+/// 1975), which undoes r_i c_j where the other factors are alike; entries that have cancelled are 0 first.
+class RankInOwnUnits {
+ public:
+  RankInOwnUnits(const MatX& m, const std::unordered_map<Expr, double>& point) : value_(m.rows(), m.cols()) {
+    std::vector<Expr> leaves;
+    std::vector<double> place;
+    for (const auto& [node, value] : point) {
+      leaves.push_back(node);
+      place.push_back(value);
+    }
+    const Evaluator at(entries(m), leaves);
+    const auto matrix = [&](const std::vector<double>& where) -> Mat {
+      const std::vector<double> v = at(where);
+      return Eigen::Map<const Mat>(v.data(), m.rows(), m.cols());
+    };
+    value_ = matrix(place);
+    noise_ = Mat::Zero(m.rows(), m.cols());
+    constexpr double last_digits = 4e-16;
+    for (std::size_t k = 1; k <= 8; ++k) {  // one alone may happen to be rounded alike
+      std::vector<double> moved = place;
+      for (std::size_t j = 0; j < moved.size(); ++j)
+        moved[j] *= 1 + ((j * k / 3) % 2 == 0 ? last_digits : -last_digits);
+      noise_ = noise_.cwiseMax((matrix(moved) - value_).cwiseAbs());
+    }
+    constexpr double clear = 10;
+    value_ = (value_.array().abs() > clear * noise_.array()).select(value_, 0);
+  }
+
+  int rank() {
+    constexpr int sweeps = 8;
+    for (int k = 0; k < sweeps; ++k) {
+      for (Eigen::Index i = 0; i < value_.rows(); ++i) divide(value_.row(i), noise_.row(i));
+      for (Eigen::Index j = 0; j < value_.cols(); ++j) divide(value_.col(j), noise_.col(j));
+    }
+    constexpr double clear = 10;
+    const Vec s = Eigen::JacobiSVD<Mat>(value_).singularValues();
+    const double least = clear * (noise_.norm() + std::numeric_limits<double>::epsilon() * s[0]);
+    return static_cast<int>((s.array() > least).count());
+  }
+
+ private:
+  template <class Line>
+  static void divide(Line line, Line noise) {
+    double least = std::numeric_limits<double>::infinity(), largest = 0;
+    for (double v : line)
+      if (v != 0) {
+        least = std::min(least, std::fabs(v));
+        largest = std::max(largest, std::fabs(v));
+      }
+    if (largest == 0) return;
+    const double size = std::sqrt(least) * std::sqrt(largest);
+    line /= size;
+    noise /= size;
+  }
+
+  Mat value_, noise_;
+};
+
 /// The largest numeric rank at a few random points: sees identities between transcendental functions. Nothing
 /// if the entries are not finite at any point tried.
 static std::optional<int> sampled_rank(const MatX& m) {
   std::optional<int> best;
   for (int attempt = 0, valid = 0; attempt < 20 && valid < 6; ++attempt) {
-    const Mat value = evaluate(m, random_point(entries(m), attempt));
+    const auto point = random_point(entries(m), attempt);
+    const Mat value = evaluate(m, point);
     if (!value.allFinite()) continue;
     ++valid;
-    best = std::max(best.value_or(0), numeric_rank(value));
+    int rank = numeric_rank(value);
+    if (rank < std::min(m.rows(), m.cols())) rank = std::max(rank, RankInOwnUnits(m, point).rank());
+    best = std::max(best.value_or(0), rank);
     if (best == std::min(m.rows(), m.cols())) break;
   }
   return best;

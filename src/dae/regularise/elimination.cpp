@@ -44,12 +44,13 @@ bool has_unknown(Expr e, const std::vector<Expr>& variables) {
   return false;
 }
 
+/// e, which does not depend on the leaf, at the first value of it where e is defined: 0, else near 0.
 Expr without_leaf(Expr e, Expr leaf) {
-  try {
-    return substitute(e, {{leaf, Expr(0)}});
-  } catch (const Error&) {  // a quotient that happens to be undefined at 0
-    return substitute(e, {{leaf, Expr(1)}});
-  }
+  for (const Expr value : {Expr(0), Expr(1), Expr(0x1p-20), Expr(0x1p-60)}) try {
+      return substitute(e, {{leaf, value}});
+    } catch (const Error&) {  // a quotient that is undefined at 0, an exponential that overflows at 1
+    }
+  return substitute(e, {{leaf, Expr(0x1p-300)}});
 }
 
 }  // namespace

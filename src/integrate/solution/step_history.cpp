@@ -4,6 +4,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "integrate/step/hermite.hpp"
 
 namespace pendula::integrate {
 
@@ -97,6 +98,18 @@ bool StepHistory::interpolate(double t, Point& out) {
   out.t = t;
   out.xdot = (1 - s) * view.from.xdot + s * view.to.xdot;
   out.z = (1 - s) * view.from.z + s * view.to.z;
+  return true;
+}
+
+bool StepHistory::interpolate_roughly(double t, Point& out) {
+  if (forgotten_) return false;
+  const int i = std::min(mesh_.index_at(t, 0), mesh_.size() - 1);
+  mesh_.get(i, out);
+  if (i + 1 >= mesh_.size() || t <= out.t) return true;
+  const Point from = out;
+  Point to;
+  mesh_.get(i + 1, to);
+  hermite(from, to, (t - from.t) / (to.t - from.t), out);
   return true;
 }
 

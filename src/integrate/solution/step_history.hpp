@@ -33,6 +33,7 @@ class StepHistory : public Continuation, public StepInterpolation {
   void may_forget() { may_forget_ = true; }
   bool has_forgotten() const { return forgotten_; }
   bool interpolate(double t, Point& out) override;
+  bool interpolate_roughly(double t, Point& out) override;
   /// Takes back the steps behind t; returns where the history ends now. Requires that nothing is forgotten.
   double cut(double t);
   Point at(const Points& saved, double t) override;

@@ -29,6 +29,7 @@ void ConstraintRank::start(const Point& point) {
   begin_ = point;
   unit_.clear();
   std::vector<double> units = block_.units_by_inertia(point);
+  if (!units.empty()) even_out(units, point);
   if (units.empty() && gram_.rows() == 1) units = block_.units_by_size();
   if (!units.empty())
     for (const Entry& e : block_.block().gradients.entries) unit_.push_back(units[e.column]);
@@ -36,6 +37,26 @@ void ConstraintRank::start(const Point& point) {
   last_.size = measure(point, last_.u, last_.w, 8);
   keep_gradients(last_);
   first_ = largest_ = last_.size;
+}
+
+/// Columns longer than the median are divided by their length beside it: light bodies would turn G quickly and be looked
+/// at often, though they do not make it lose its rank. Shorter ones stay: they may be 0 at the start.
+void ConstraintRank::even_out(std::vector<double>& units, const Point& point) {
+  const auto& matrix = block_.block().gradients;
+  gradients_(block_.values(point), numbers_.data());
+  Vec row = Vec::Zero(matrix.rows), column = Vec::Zero(matrix.columns);
+  const auto squares = [&](std::size_t k) {
+    return std::pow(numbers_[k] * units[matrix.entries[k].column], 2);
+  };
+  for (std::size_t k = 0; k < numbers_.size(); ++k) row[matrix.entries[k].row] += squares(k);
+  for (std::size_t k = 0; k < numbers_.size(); ++k)
+    if (const Entry& e = matrix.entries[k]; row[e.row] > 0) column[e.column] += squares(k) / row[e.row];
+  std::vector<double> lengths(column.begin(), column.end());
+  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+  std::nth_element(lengths.begin(), middle, lengths.end());
+  for (std::size_t j = 0; j < units.size(); ++j)
+    if (const double length = column[static_cast<Eigen::Index>(j)]; length > *middle && *middle > 0)
+      units[j] *= std::sqrt(*middle / length);
 }
 
 double ConstraintRank::measure(const Point& p, Vec& u, Vec& w, int iterations) {
@@ -73,7 +94,8 @@ void ConstraintRank::look_again(const Point& point, const Look& before, Look& ne
   keep_gradients(next);
 }
 
-std::optional<Stop> ConstraintRank::look(const Point& point, long steps, const SolutionBetween& between) {
+std::optional<Stop> ConstraintRank::look(const Point& point, long steps, const SolutionBetween& between,
+                                         const SolutionBetween& nearby) {
   constexpr int deepest = 4;  // halvings of a step
   Look& next = next_;
   look_again(point, last_, next);
@@ -81,7 +103,7 @@ std::optional<Stop> ConstraintRank::look(const Point& point, long steps, const S
   const double moved = change(last_, next);
   const double pace = moved > 0 ? 0.5 * next.size / moved * (point.t - last_.t) : forever;
   pace_ = std::min(pace_, pace);
-  std::optional<Stop> stop = scan(last_, next, is_small() ? deepest : 0, between);
+  std::optional<Stop> stop = scan(last_, next, is_small() ? deepest : 0, between, nearby);
   pace_ = pace;
   if (!stop) stop = closing_in(next, point, between);
   const double far = static_cast<double>(most_steps);
@@ -129,29 +151,28 @@ std::optional<double> ConstraintRank::seen_from_afar(const Look& next, double ra
 /// Has w reversed between two looks? Where it has changed so much, or so much time has passed, that it might
 /// have done so twice, the time between them is halved.
 std::optional<Stop> ConstraintRank::scan(const Look& from, const Look& to, int depth,
-                                         const SolutionBetween& between) {
+                                         const SolutionBetween& between, const SolutionBetween& nearby) {
   constexpr double same_direction = 0.3;  // cosine: less, and u is another combination of rows
   constexpr double safe_change = 0.7;     // of w: less than 1, where Weyl's inequality allows a passage
   if (to.u.dot(from.u) > same_direction && to.w.dot(from.w) < 0)
-    if (auto stop = narrow(from, to, between)) return stop;
+    if (auto stop = narrow(from, to, between, nearby)) return stop;
   const bool near = change(from, to) < safe_change * std::max(from.size, to.size);
   if (depth == 0 || (near && to.t - from.t < 3 * pace_)) return {};
   Point p;
-  if (!RankBlock::reached(from.t + (to.t - from.t) / 2, between, p)) return {};
+  if (!RankBlock::reached(from.t + (to.t - from.t) / 2, nearby, p)) return {};
   Look middle;
   look_again(p, from, middle);
-  if (auto stop = scan(from, middle, depth - 1, between)) return stop;
-  return scan(middle, to, depth - 1, between);
+  if (auto stop = scan(from, middle, depth - 1, between, nearby)) return stop;
+  return scan(middle, to, depth - 1, between, nearby);
 }
 
-/// w reverses: where it passes 0, if it does (near a point of dependent rows it turns quickly).
-std::optional<Stop> ConstraintRank::narrow(const Look& from, const Look& to, const SolutionBetween& between) {
-  double low = from.t, high = to.t;
-  Look at;
+/// Where w, which reverses between two times, does so, and how long it is there.
+double ConstraintRank::reversal(double low, double high, int halvings, const Look& from, Look& at,
+                                const SolutionBetween& solution) {
   Point p;
-  for (int k = 0; k < 30 && high - low > 1e-14 * std::fabs(high); ++k) {
+  for (int k = 0; k < halvings && high - low > 1e-14 * std::fabs(high); ++k) {
     const double middle = low + (high - low) / 2;
-    if (!RankBlock::reached(middle, between, p)) {  // so close to dependent rows nothing can be solved
+    if (!RankBlock::reached(middle, solution, p)) {  // so close to dependent rows nothing can be solved
       high = middle;
       continue;
     }
@@ -159,11 +180,21 @@ std::optional<Stop> ConstraintRank::narrow(const Look& from, const Look& to, con
     at.size = measure(p, at.u, at.w, 4);
     if (at.u.dot(from.u) < 0) at.w = -at.w;
     (at.w.dot(from.w) > 0 ? low : high) = middle;
-    if (k == 5 && at.size > std::min(from.size, to.size) / 2) return {};  // it turned and kept its length
   }
+  return low + (high - low) / 2;
+}
+
+/// w reverses: where it passes 0, if it does (near a point of dependent rows it turns quickly, and keeps its length).
+std::optional<Stop> ConstraintRank::narrow(const Look& from, const Look& to, const SolutionBetween& between,
+                                           const SolutionBetween& nearby) {
+  Look at;
+  reversal(from.t, to.t, 6, from, at, nearby);
+  if (at.size > std::min(from.size, to.size) / 2) return {};
+  const double around = (to.t - from.t) / 4;  // `from` and `to` may be points nearby
+  const double t =
+      reversal(std::max(from.t - around, last_.t), std::min(to.t + around, next_.t), 30, from, at, between);
   if (!(at.size <= zero_size * std::max(from.size, to.size))) return {};
-  const double t = low + (high - low) / 2;
-  if (!is_lost_in_units(low, from.t, between)) return {};
+  if (!is_lost_in_units(t, from.t, between)) return {};
   return Stop{t,
               text(dependent(at.u), " there, and the equations ",
                    block_.loses(RankBlock::just_before(t, from.t, between)), RankBlock::remedy()),

@@ -28,8 +28,10 @@ class ConstraintRank {
   ConstraintRank(RankBlock& block, double tolerance);
 
   void start(const Point& point);
-  /// `steps` since the last look.
-  std::optional<Stop> look(const Point& point, long steps, const SolutionBetween& between);
+  /// `steps` since the last look. nearby: where only a reversal is looked for; a continuous extension of high order costs
+  /// as much as the step.
+  std::optional<Stop> look(const Point& point, long steps, const SolutionBetween& between,
+                           const SolutionBetween& nearby);
   bool is_small() const { return gram_.rows() <= small; }
   /// Of a look, in operations.
   double cost() const { return cost_; }
@@ -47,14 +49,19 @@ class ConstraintRank {
     Vec u, w;
     std::vector<double> gradients;  ///< of a small block
   };
+  void even_out(std::vector<double>& units, const Point& point);
   double measure(const Point& p, Vec& u, Vec& w, int iterations);
   double change(const Look& from, const Look& to) const;
   void keep_gradients(Look& look) const;
   void look_again(const Point& point, const Look& before, Look& next);
   std::optional<Stop> closing_in(const Look& next, const Point& point, const SolutionBetween& between);
   std::optional<double> seen_from_afar(const Look& next, double rate, const SolutionBetween& between);
-  std::optional<Stop> scan(const Look& from, const Look& to, int depth, const SolutionBetween& between);
-  std::optional<Stop> narrow(const Look& from, const Look& to, const SolutionBetween& between);
+  std::optional<Stop> scan(const Look& from, const Look& to, int depth, const SolutionBetween& between,
+                           const SolutionBetween& nearby);
+  double reversal(double low, double high, int halvings, const Look& from, Look& at,
+                  const SolutionBetween& solution);
+  std::optional<Stop> narrow(const Look& from, const Look& to, const SolutionBetween& between,
+                             const SolutionBetween& nearby);
   std::string dependent(const Vec& u) const;
   bool is_lost_in_units(double t, double before, const SolutionBetween& between) const;
 

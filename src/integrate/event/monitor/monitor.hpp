@@ -44,6 +44,8 @@ class StepInterpolation {
   /// The solution at a time of the run so far: x by the method's continuous extension, x′ and z by straight
   /// lines. False where the run does not keep its steps. Throws Failure.
   virtual bool interpolate(double t, Point& out) = 0;
+  /// The same by the cubic of Hermite between the ends of the step, without an evaluation.
+  virtual bool interpolate_roughly(double t, Point& out) = 0;
 };
 
 class Monitor {

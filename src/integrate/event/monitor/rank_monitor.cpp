@@ -29,9 +29,10 @@ struct RankMonitor::Part {
     if (jacobian) jacobian->start(point);
   }
 
-  std::optional<Stop> look(const Point& point, long steps, bool last, const SolutionBetween& between) {
+  std::optional<Stop> look(const Point& point, long steps, bool last, const SolutionBetween& between,
+                           const SolutionBetween& nearby) {
     std::optional<Stop> stop;
-    if (gradients) stop = gradients->look(point, steps, between);
+    if (gradients) stop = gradients->look(point, steps, between, nearby);
     since += steps;
     if (!jacobian || (!last && since < rest)) return stop;
     since = 0;
@@ -98,9 +99,14 @@ std::optional<Stop> RankMonitor::look(const MonitoredStep& step) {
   if (!ready_) operations_ = static_cast<double>(problem_->operations());
   ready_ = true;
   const Point& here = step.here;
-  const SolutionBetween between = [&](double t, Point& out) {
-    if (interpolation_ && interpolation_->interpolate(t, out)) return;
+  const SolutionBetween by_ends = [&](double t, Point& out) {
     hermite(looked_, here, (t - looked_.t) / (here.t - looked_.t), out);
+  };
+  const SolutionBetween between = [&](double t, Point& out) {
+    if (!interpolation_ || !interpolation_->interpolate(t, out)) by_ends(t, out);
+  };
+  const SolutionBetween nearby = [&](double t, Point& out) {
+    if (!interpolation_ || !interpolation_->interpolate_roughly(t, out)) by_ends(t, out);
   };
   const long since = std::max(1L, step.stats.steps - steps_);
   const double evaluations =
@@ -111,7 +117,7 @@ std::optional<Stop> RankMonitor::look(const MonitoredStep& step) {
   std::optional<Stop> first;
   for (std::size_t k = 0; k < parts_.size(); ++k) {
     Part& one = part(k);
-    const auto stop = one.look(here, since, step.last, between);
+    const auto stop = one.look(here, since, step.last, between, nearby);
     if (stop && (!first || stop->t < first->t)) first = stop;
     wait_ = std::min(wait_, one.wait(std::max(evaluations * operations_, 1.0)));
     due_ = std::min(due_, one.due());
