@@ -175,7 +175,10 @@ bool ExplicitStepper::compute(const Point& from, double dt) {
     for (int k = 0; k < 2 * size; ++k) sum += end_.x[k] * 0;  // x and x′
     stats_.evaluations += controller_.rules().fsal ? stages - 1 : stages;
     coded_ = sum == 0;  // else the loop below says which equation is not finite
-    if (coded_) return true;
+    if (coded_) {
+      in_vain_ = 0;
+      return true;
+    }
   }
   double *const K = stages_.K.data(), *const Z = stages_.Z.data();
   std::copy_n(from.xdot.data(), size, K);
@@ -198,6 +201,8 @@ bool ExplicitStepper::compute(const Point& from, double dt) {
   std::fill_n(behind_stages(1), 2 * size, 0.0);
   combine(size, behind_stages(1), dt, rows_.error, K, behind_stages(1));
   combine(size, behind_stages(2), dt, rows_.second_error, K, behind_stages(2));
+  constexpr int patience = 5;  // a linear system that needs pivots all along: each step would be made twice
+  if (code_ && ++in_vain_ == patience) code_.reset();
   return true;
 }
 

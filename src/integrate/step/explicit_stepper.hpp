@@ -78,6 +78,7 @@ class ExplicitStepper final : public Stepper {
   std::shared_ptr<ExplicitCode> code_;
   ExplicitCode::End end_{};
   bool coded_ = false;  ///< the last step was: end_ holds it, not stages_
+  int in_vain_ = 0;     ///< steps in a row that the code could not make, and the stages could
   Stages stages_;
   std::vector<double> scaled_;  ///< the error, in units of the tolerance
   Vec largest_z_;               ///< so far
