@@ -102,20 +102,24 @@ class Saddle {
   Saddle(const std::vector<Row>& all, const std::vector<char>& is_gradient, const ParameterValues& values)
       : all_(all), is_gradient_(is_gradient), values_(values) {}
 
-  /// M constant, diagonal and of one sign, and every column of F a multiple of a row of G (tried at two
-  /// points): then J is singular only where rows of G are dependent.
+  /// M constant and diagonal, and F = D Gᵀ R with constant diagonal D and R (tried at two points), D⁻¹ M of one sign:
+  /// then J is singular only where rows of G are dependent.
   bool gradients_decide() {
     for (std::size_t i = 0; i < all_.size(); ++i)
       if (is_gradient_[i])
         for (const auto& [j, value] : all_[i]) moved_[j] = 1;
-    return read_dynamics() && read_constraints() && columns_match();
+    return read_dynamics() && read_constraints() && columns_match() && factors_exist() &&
+           masses_are_positive();
   }
-  /// The entry of M in this column. Requires gradients_decide().
-  Expr inertia(int column) const { return all_[place_.at(column)].at(column); }
+  /// The entry of M in this column, for rows multiplied so that forces are along gradients. Requires
+  /// gradients_decide().
+  Expr inertia(int column) const {
+    const int row = place_.at(column);
+    return Expr(mass_.at(row) / factor_.at(row));
+  }
 
  private:
   bool read_dynamics() {
-    int sign = 0;
     for (std::size_t i = 0; i < all_.size(); ++i) {
       if (is_gradient_[i]) continue;
       int own = -1;
@@ -127,9 +131,7 @@ class Saddle {
         const std::vector<Expr> put = at_values({&value, 1}, values_);
         if (own >= 0 || !put[0].is_constant()) return false;
         own = j;
-        const int here = constant_value(put[0]) > 0 ? 1 : constant_value(put[0]) < 0 ? -1 : 0;
-        if (here == 0 || (sign != 0 && here != sign)) return false;
-        sign = here;
+        mass_[static_cast<int>(i)] = constant_value(put[0]);
       }
       if (own < 0 || place_.count(own)) return false;
       place_[own] = static_cast<int>(i);
@@ -171,30 +173,74 @@ class Saddle {
       for (const auto& [i, value] : column) support.push_back(i);
       const auto found = rows_.find(support);
       if (found == rows_.end()) return false;
-      const auto multiple = [&, &entries = column](const std::vector<Expr>& row) {
-        double ratio = 0;
-        for (const auto& here : numbers)
-          for (std::size_t s = 0; s < row.size(); ++s) {
-            const double r = here.at(entries[s].second) / here.at(row[s]);
-            if (!std::isfinite(r) || r == 0) return false;
-            if (ratio != 0 && std::fabs(r - ratio) > 1e-9 * std::fabs(ratio)) return false;
-            ratio = r;
-          }
+      std::vector<double> ratios;
+      const auto constant_ratios = [&, &entries = column](const std::vector<Expr>& row) {
+        ratios.clear();
+        for (std::size_t s = 0; s < row.size(); ++s) {
+          const auto at = [&](int k) { return numbers[k].at(entries[s].second) / numbers[k].at(row[s]); };
+          const double r = at(0);
+          if (!std::isfinite(r) || r == 0 || std::fabs(at(1) - r) > 1e-9 * std::fabs(r)) return false;
+          ratios.push_back(r);
+        }
         return true;
       };
       auto& rows = found->second;
-      const auto match = std::find_if(rows.begin(), rows.end(), multiple);
+      const auto match = std::find_if(rows.begin(), rows.end(), constant_ratios);
       if (match == rows.end()) return false;
       rows.erase(match);
+      for (std::size_t s = 0; s < support.size(); ++s) ratios_.push_back({support[s], j, ratios[s]});
     }
     return true;
   }
 
+  /// F_iλ/G_λj = d_i ρ_λ, one factor for each row and one for each multiplier: from a row to its multipliers, from those
+  /// to their rows.
+  bool factors_exist() {
+    std::map<int, std::vector<const Ratio*>> of_row, of_multiplier;
+    for (const Ratio& r : ratios_) {
+      of_row[r.row].push_back(&r);
+      of_multiplier[r.multiplier].push_back(&r);
+    }
+    std::map<int, double> rho;
+    for (const auto& [first, list] : of_row) {
+      if (!factor_.emplace(first, mass_.at(first) < 0 ? -1 : 1).second) continue;
+      std::vector<int> rows{first};
+      while (!rows.empty()) {
+        const int row = rows.back();
+        rows.pop_back();
+        for (const Ratio* r : of_row[row]) {
+          if (!rho.emplace(r->multiplier, r->value / factor_[row]).second) continue;
+          for (const Ratio* other : of_multiplier[r->multiplier])
+            if (factor_.emplace(other->row, other->value / rho[r->multiplier]).second)
+              rows.push_back(other->row);
+        }
+      }
+    }
+    return std::all_of(ratios_.begin(), ratios_.end(), [&](const Ratio& r) {
+      return std::fabs(factor_.at(r.row) * rho.at(r.multiplier) - r.value) <= 1e-9 * std::fabs(r.value);
+    });
+  }
+
+  /// Of D⁻¹ M, all positive: d has the sign of the mass where a search began.
+  bool masses_are_positive() {
+    return std::all_of(mass_.begin(), mass_.end(), [&](const auto& own) {
+      const auto factor = factor_.emplace(own.first, own.second < 0 ? -1 : 1).first;  // no force acts on it
+      return own.second / factor->second > 0;
+    });
+  }
+
+  struct Ratio {
+    int row, multiplier;
+    double value;
+  };
   const std::vector<Row>& all_;
   const std::vector<char>& is_gradient_;
   const ParameterValues& values_;
   std::map<int, char> moved_;
-  std::map<int, int> place_;  ///< of the row whose diagonal entry this column is
+  std::map<int, int> place_;      ///< of the row whose diagonal entry this column is
+  std::map<int, double> mass_;    ///< by row
+  std::map<int, double> factor_;  ///< d, by row
+  std::vector<Ratio> ratios_;
   std::map<int, std::vector<std::pair<int, Expr>>> F_;
   std::map<std::vector<int>, std::vector<std::vector<Expr>>> rows_;  ///< of G, by where they are not 0
   std::size_t constraints_ = 0;

@@ -31,9 +31,9 @@ struct LargeBlock {
   std::vector<Expr> determined;
 };
 
-/// Empty where the analysis is not regular. Where J is [M F; G 0] with a constant diagonal M of one sign, or
-/// with the mass matrix of a Lagrangian, and F = GᵀD, it is singular only where G has dependent rows, and J
-/// is not watched. Cost: linear in the entries of J, remembered.
+/// Empty where the analysis is not regular. Where J is [M F; G 0] with the mass matrix of a Lagrangian and F = GᵀR, or
+/// with a constant diagonal M, F = D Gᵀ R, D⁻¹M positive (accelerations may be divided by their masses), it is singular
+/// only where G has dependent rows, and J is not watched. Cost: linear in the entries of J, remembered.
 std::vector<LargeBlock> large_blocks(const ModelPtr& model);
 
 }  // namespace pendula::dae
