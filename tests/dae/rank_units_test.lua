@@ -1,6 +1,21 @@
 -- Whether constraints become dependent does not depend on units: an angle moves a point that is 10⁹ nm away.
 local units = { 1e6, 1000, 1, 1e-3, 1e-6, 1e-9 }  -- of length, in metres
 
+--- The joints of ground, crank, coupler and rocker. tip: x and y of an end of a bar.
+local function closed(tip, unit)
+  local C = {}
+  local function joint(x1, y1, x2, y2) C[#C + 1], C[#C + 2] = x1 - x2, y1 - y2 end
+  local ax, ay = tip(1, -1)
+  joint(ax, ay, 0, 0)
+  local bx, by = tip(1, 1)
+  joint(bx, by, tip(2, -1))
+  local cx, cy = tip(2, 1)
+  joint(cx, cy, tip(3, 1))
+  local dx, dy = tip(3, -1)
+  joint(dx, dy, 2/unit, 0)
+  return C
+end
+
 -- Absolute coordinates: centre and angle of crank, coupler and rocker; the ground has length 2.
 local function four_bar(unit, rocker)
   local length, q = { 1/unit, 2/unit, rocker/unit }, var("q", 9)
@@ -13,17 +28,7 @@ local function four_bar(unit, rocker)
     local arm = side*length[i]/2
     return q[3*i - 2] + arm*cos(q[3*i]), q[3*i - 1] + arm*sin(q[3*i])
   end
-  local C = {}
-  local function joint(x1, y1, x2, y2) C[#C + 1], C[#C + 2] = x1 - x2, y1 - y2 end
-  local ax, ay = tip(1, -1)
-  joint(ax, ay, 0, 0)
-  local bx, by = tip(1, 1)
-  joint(bx, by, tip(2, -1))
-  local cx, cy = tip(2, 1)
-  joint(cx, cy, tip(3, 1))
-  local dx, dy = tip(3, -1)
-  joint(dx, dy, 2/unit, 0)
-  local sys = lagrange { q = q, T = T, V = 0*q[1], C = C }
+  local sys = lagrange { q = q, T = T, V = 0*q[1], C = closed(tip, unit) }
   local start = sys:init { fix = { [q[3]] = 1, [q[3].dot] = 1 }, guess = {
     [q[1]] = 0.3/unit, [q[2]] = 0.4/unit, [q[4]] = 1.5/unit, [q[5]] = 0.8/unit, [q[6]] = 0.1,
     [q[7]] = (2 + 0.3*rocker)/unit, [q[8]] = 0.4*rocker/unit, [q[9]] = 0.9 } }
@@ -62,21 +67,8 @@ local function written_out(unit, rocker)
     local arm = side*length[i]/2
     return x[i] + arm*cos(a[i]), y[i] + arm*sin(a[i])
   end
-  local C, work = {}, 0
-  local function joint(x1, y1, x2, y2)
-    for _, c in ipairs { x1 - x2, y1 - y2 } do
-      C[#C + 1] = c
-      work = work + z[#C]*c
-    end
-  end
-  local ax, ay = tip(1, -1)
-  joint(ax, ay, 0, 0)
-  local bx, by = tip(1, 1)
-  joint(bx, by, tip(2, -1))
-  local cx, cy = tip(2, 1)
-  joint(cx, cy, tip(3, 1))
-  local dx, dy = tip(3, -1)
-  joint(dx, dy, 2/unit, 0)
+  local C, work = closed(tip, unit), 0
+  for k, c in ipairs(C) do work = work + z[k]*c end
   local equations = {}
   local function moves(q, inertia) equations[#equations + 1] = der(q, 2) ~ -diff(work, q)/inertia end
   for i = 1, 3 do

@@ -24,12 +24,12 @@ using Index = Eigen::Index;
 /// The entries of x, z or u. Throws Error naming what is no variable, or stands there twice.
 std::vector<Expr> variables(const char* what, const VecX& v) {
   std::vector<Expr> list;
+  std::unordered_set<Expr> known;
   for (Expr e : v) {
     const bool is_input = what[0] == 'u' && e.is_symbol() && symbol_of(e).kind == Kind::input;
     if (!is_input && (!e.is_symbol() || symbol_of(e).kind != Kind::variable))
       throw Error(text(what, " must be made of variables (var \"", what, "\"), got '", to_text(e), "'"));
-    if (std::find(list.begin(), list.end(), e) != list.end())
-      throw Error(text(what, " contains ", to_text(e), " twice"));
+    if (!known.insert(e).second) throw Error(text(what, " contains ", to_text(e), " twice"));
     list.push_back(e);
   }
   return list;
