@@ -39,7 +39,9 @@ EventFinder::Root EventFinder::locate(Stepper& stepper, const StepView& step, in
 
 /// Where g touches or crosses zero between two samples of one sign, by the sign of its slope. Nowhere, where even
 /// the tangents at both sides of a small part meet well above zero: a curve that bends upwards lies above them. One
-/// that bends both ways between the sides, as a sine does, need not: its chord is steeper than a tangent.
+/// that bends both ways between the sides, as a sine does, need not: its chord is steeper than a tangent. Nor does g
+/// get to zero where neither the tangents nor the chord come near it over the whole part: a sketch's slopes are not
+/// those of its values, and where g hardly changes they do not fit its chord.
 EventFinder::Dip EventFinder::dip(Stepper& stepper, const StepView& step, int which, const Sample& a,
                                   const Sample& b, Detail detail) {
   constexpr double well = 0.5;   // of the smaller value
@@ -54,8 +56,10 @@ EventFinder::Dip EventFinder::dip(Stepper& stepper, const StepView& step, int wh
     const double chord = (high.g - low.g) / (high.t - low.t);
     const bool bends_up = low.slope <= chord && chord <= high.slope;
     const double to_meeting = (high.g - low.g - high.slope * (high.t - low.t)) / (low.slope - high.slope);
-    const bool small = k >= small_part;
-    if (small && bends_up && low.g + low.slope * to_meeting > well * std::min(low.g, high.g))
+    const double lower = std::min(low.g, high.g);
+    const double steepest = std::max({std::fabs(low.slope), std::fabs(high.slope), std::fabs(chord)});
+    const bool stays = steepest * (high.t - low.t) < (1 - well) * lower;
+    if (k >= small_part && (stays || (bends_up && low.g + low.slope * to_meeting > well * lower)))
       return {{}, low.t, sign * low.g};
     const double t = (low.t + high.t) / 2;
     sample(stepper, step, t, detail, probe_);
@@ -69,16 +73,29 @@ EventFinder::Dip EventFinder::dip(Stepper& stepper, const StepView& step, int wh
 }
 
 /// The same of the solution. A sketch of the step costs no evaluation of the equations: where it stays well above zero
-/// and the solution agrees with it beside its lowest point, that is the answer.
+/// and the solution agrees with it beside its lowest point, that is the answer. A sketch errs by a fraction of what the
+/// solution moves by in the step, and with it g: where g, at its slopes beside the turn and at both ends of the step,
+/// would not get to zero in the time of the whole step, it is as far from zero as where it does not turn and is not
+/// looked at.
 std::optional<double> EventFinder::bottom(Stepper& stepper, const StepView& step, int which, const Sample& a,
                                           const Sample& b) {
   constexpr double close = 0.125;  // of g; beside the half that `well` leaves
   const auto i = static_cast<std::size_t>(which);
+  const auto is_far = [&](double g) {
+    double steepest = std::max(std::fabs(a.slope[i]), std::fabs(b.slope[i]));
+    for (double end : {step.from.t, step.to.t}) {
+      sample(stepper, step, end, Detail::sketch, probe_);
+      steepest = std::max(steepest, std::fabs(probe_.slope[i]));
+    }
+    return steepest * (step.to.t - step.from.t) < std::fabs(g);
+  };
   if (!measured_[i]) {
     const Dip sketch = dip(stepper, step, which, a, b, Detail::sketch);
-    if (!sketch.below && sketch.lowest != 0 &&
-        std::fabs(value(stepper, step, which, sketch.t) - sketch.lowest) <= close * std::fabs(sketch.lowest))
-      return {};
+    const auto agrees = [&] {
+      return std::fabs(value(stepper, step, which, sketch.t) - sketch.lowest) <=
+             close * std::fabs(sketch.lowest);
+    };
+    if (!sketch.below && sketch.lowest != 0 && (is_far(sketch.lowest) || agrees())) return {};
   }
   return dip(stepper, step, which, a, b, Detail::state).below;
 }
