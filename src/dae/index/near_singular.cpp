@@ -7,6 +7,7 @@
 #include "base/text.hpp"
 #include "dae/index/array_index.hpp"
 #include "dae/model/parameter_values.hpp"
+#include "dae/points/magnitudes.hpp"
 #include "dae/rank/rank.hpp"
 #include "dae/rank/rank_with_gap.hpp"
 #include "expr/rewrite/rewrite.hpp"
@@ -18,6 +19,8 @@ std::string answer_text(int index, int dof) {
 }
 
 namespace {
+
+constexpr double rounding = 64 * 2.2e-16;
 
 /// The difference of two nearby numbers of 53 bits is a small multiple of their last one: 100·1.1 - 110 = 2⁻⁴⁶. What is
 /// computed otherwise has all bits; one in 2⁴³ such numbers ends like this, too.
@@ -31,7 +34,6 @@ bool is_difference_of_roundings(double v) {
 /// Constants of the size of rounding errors, beside which the others of the equation are of size 1: 0.1 + 0.2 - 0.3.
 /// Decimals as typed are exact and do not count.
 std::vector<Expr> rounding_sized(Expr residual) {
-  constexpr double rounding = 64 * 2.2e-16;
   constexpr double small_beside =
       1e-6;  // 2¹⁰ last bits of numbers up to 10⁷ times the largest one that is left
   std::vector<Expr> small;
@@ -46,6 +48,30 @@ std::vector<Expr> rounding_sized(Expr residual) {
   }
   return small;
 }
+
+/// The sizes that equations tell without their smallest constants: in nanometres, 10⁻¹⁸ is an area.
+class SizesWithout {
+ public:
+  explicit SizesWithout(const std::vector<Expr>& residuals) : values_(random_point(residuals, 0)) {
+    std::vector<Expr> unknowns;
+    for (const auto& [leaf, value] : values_)
+      if (symbol_of(leaf).kind == Kind::variable) unknowns.push_back(leaf);
+    const Magnitudes m = magnitudes(residuals, residuals.size(), unknowns, {}, {});
+    rows_ = m.rows;
+    for (std::size_t j = 0; j < unknowns.size(); ++j)
+      values_[unknowns[j]] *= m.unknowns[static_cast<Eigen::Index>(j)];
+  }
+
+  /// Is the change of a residual by a constant more than a rounding error of its largest term?
+  bool is_seen(Expr before, Expr after, Eigen::Index row) const {
+    const std::vector<double> r = evaluate(std::vector{before, after}, values_);
+    return std::fabs(r[0] - r[1]) > rounding * rows_[row];
+  }
+
+ private:
+  std::unordered_map<Expr, double> values_;
+  Vec rows_;
+};
 
 /// Rows and columns scaled so that the logarithms of the entries are balanced: units of unknowns and equations, however
 /// far apart, change nothing.
@@ -73,16 +99,30 @@ Mat balanced(Mat J) {
 std::optional<std::string> note_on_rounding(const Model& m, const std::string& here,
                                             const std::function<std::string(const Model&)>& answer_in) {
   Model other = m;
-  std::vector<std::string> words;
   other.residuals = residuals_at_values(m);
-  for (Expr& residual : other.residuals) {
+  const std::vector<Expr> given = other.residuals;
+  std::vector<std::vector<Expr>> small;
+  const auto put_zeros = [&](std::size_t i) {
     Substitution zero;
-    for (Expr c : rounding_sized(residual)) {
-      zero[c] = Expr(0);
-      words.push_back(text(rounded(constant_value(c), 3), " in ",
-                           m.label(static_cast<std::size_t>(&residual - other.residuals.data()))));
-    }
-    if (!zero.empty()) residual = simplify(substitute(residual, zero));
+    for (Expr c : small[i]) zero[c] = Expr(0);
+    other.residuals[i] = zero.empty() ? given[i] : simplify(substitute(given[i], zero));
+  };
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    small.push_back(rounding_sized(given[i]));
+    put_zeros(i);
+  }
+  if (other.residuals == given) return {};
+
+  std::vector<std::string> words;
+  const SizesWithout sizes(other.residuals);
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    const auto is_seen = [&](Expr c) {
+      return !is_difference_of_roundings(constant_value(c)) &&
+             sizes.is_seen(given[i], substitute(given[i], {{c, Expr(0)}}), static_cast<Eigen::Index>(i));
+    };
+    small[i].erase(std::remove_if(small[i].begin(), small[i].end(), is_seen), small[i].end());
+    put_zeros(i);
+    for (Expr c : small[i]) words.push_back(text(rounded(constant_value(c), 3), " in ", m.label(i)));
   }
   if (words.empty()) return {};
   const std::string there = answer_in(other);

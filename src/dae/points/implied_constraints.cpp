@@ -28,6 +28,26 @@ Vec relative(const Vec& r, const Mat& J, const Vec& omega) {
   return r.cwiseAbs().cwiseQuotient(Vec::Ones(r.size()) + J.cwiseAbs() * omega.cwiseAbs());
 }
 
+/// Of two components of the set of positions, is it the first that the constraints were written for? A linkage may be
+/// rigid on one component and move on another, as a parallelogram with a third crank does: the one where coordinates
+/// move that are fixed on the other one. Or joints coincide on one of them, as two of Peaucellier's linkage may: bars
+/// between them say the same there, and the rank is lower.
+bool is_rather_meant(const ConstraintRank& one, const ConstraintRank& other) {
+  const auto moves_more = [](const ConstraintRank& a, const ConstraintRank& b) {
+    return std::any_of(a.free.begin(), a.free.end(), [&](Expr q) { return !b.free.count(q); });
+  };
+  const bool more = moves_more(one, other), less = moves_more(other, one);
+  return more != less ? more : one.rank > other.rank;
+}
+
+/// Orthonormal directions that leave independent rows unchanged.
+Mat free_directions(const Mat& rows) {
+  const Index n = rows.cols(), r = rows.rows();
+  if (r == 0) return Mat::Identity(n, n);
+  const Mat across = rows.transpose();
+  return full_q(Eigen::HouseholderQR<Mat>(across).householderQ()).rightCols(n - r);
+}
+
 std::vector<Expr> pick(const std::vector<Expr>& list, const std::vector<int>& numbers) {
   std::vector<Expr> out;
   for (int i : numbers) out.push_back(list[i]);
@@ -122,9 +142,7 @@ bool ConstraintPositions::hold_beside(ConstraintRank& found, const NumericArray&
   const auto r = static_cast<Index>(found.kept.size());
   const Vec omega = at.cwiseQuotient(kept.unit());
   const double size = omega.cwiseAbs().maxCoeff() > 0 ? omega.cwiseAbs().maxCoeff() : 1;
-  const Mat across = kept.jacobian(at, known).transpose();
-  const Mat free = r ? Mat(full_q(Eigen::HouseholderQR<Mat>(across).householderQ()).rightCols(at.size() - r))
-                     : Mat(Mat::Identity(at.size(), at.size()));
+  const Mat free = free_directions(kept.jacobian(at, known));
   const double speed = depends_on_time_ && r ? driven_speed(kept, found.kept, at, known) : 0;
   if (free.cols() == 0 && !depends_on_time_) return true;
   for (Index k = 0; k < std::max<Index>(free.cols(), 1); ++k) {
@@ -158,8 +176,10 @@ ConstraintRank ConstraintPositions::judge(const Vec& at, const Known& known) con
   found.kept = well_conditioned(J);
   found.rank = static_cast<int>(found.kept.size());
   found.verdict = Verdict::independent;
+  const Mat free = free_directions(J(found.kept, Eigen::all));
   for (std::size_t j = 0; j < q_.size(); ++j) {
     const auto column = static_cast<Index>(j);
+    if (free.row(column).lpNorm<Eigen::Infinity>() > negligible) found.free.insert(q_[j]);
     found.units[q_[j]] = all_.unit()[column];
     found.sizes[q_[j]] = at[column] != 0 ? std::fabs(at[column]) : all_.unit()[column];
   }
@@ -199,11 +219,9 @@ ConstraintRank ConstraintPositions::anywhere() const {
     const auto at = position(all_.start(seed), given);
     if (!at) continue;
     const ConstraintRank found = judge(*at, given);
-    if (found.verdict == Verdict::implied) return found;
-    if (found.verdict == Verdict::independent) {
-      best = found;
-      if (C_.size() < q_.size()) return best;
-    }
+    const bool counts = found.verdict == Verdict::implied || found.verdict == Verdict::independent;
+    if (counts && (best.verdict == Verdict::no_position || is_rather_meant(found, best))) best = found;
+    if (best.verdict == Verdict::independent && best.free.size() == q_.size()) break;
   }
   return best;
 }

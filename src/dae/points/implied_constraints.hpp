@@ -8,6 +8,7 @@
 
 #include <optional>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "base/math.hpp"
@@ -25,6 +26,7 @@ struct ConstraintRank {
   } verdict = Verdict::no_position;
   int rank = 0, beside = 0;                   ///< of ∂C/∂q at the position, and beside it
   std::vector<int> kept;                      ///< with independent gradients
+  std::unordered_set<Expr> free;              ///< coordinates that these let move
   std::unordered_map<Expr, double> sizes;     ///< of the coordinates: |q| there, or the unit of one that is 0
   std::unordered_map<Expr, double> units;     ///< of the coordinates, as far as C tells them (magnitudes.hpp)
   std::unordered_map<Expr, double> position;  ///< implied: values of all symbols of C that satisfy them
@@ -39,8 +41,8 @@ class ConstraintPositions {
 
   /// At the position that the search from these values finds; 0 where there is none.
   ConstraintRank near(const std::unordered_map<Expr, double>& values) const;
-  /// At positions found from seeded values. Where they differ: the one that can move, if the constraints are as many
-  /// as the coordinates or more, otherwise the one with independent gradients.
+  /// At positions found from seeded values. Where they differ, the one where coordinates move that are fixed at the
+  /// others, otherwise the one of largest rank.
   ConstraintRank anywhere() const;
 
  private:

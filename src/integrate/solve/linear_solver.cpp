@@ -201,7 +201,14 @@ int LinearSolver<Scalar>::determinant(double& log) const {
     return 0;
   } else {
     if (use_straight_) return 0;
-    if (band_) return band_->determinant(log);
+    const auto in_units = [&](int sign) {
+      for (double c : column_scale_) log -= std::log(c);
+      return sign;
+    };
+    if (band_) {
+      const int sign = band_->determinant(log);
+      return in_units(sign);
+    }
     int sign = 1;
     const auto take = [&](double pivot) {
       if (pivot < 0) sign = -sign;
@@ -212,7 +219,7 @@ int LinearSolver<Scalar>::determinant(double& log) const {
         take(1 / lu_[k * n_ + k]);
         if (pivot_[k] != k) sign = -sign;
       }
-      return sign;
+      return in_units(sign);
     }
     if (!sparse_->numeric) return 0;
     const auto* diagonal = static_cast<const double*>(sparse_->numeric->Udiag);
@@ -312,10 +319,40 @@ void LinearSolver<Scalar>::prepare(const Scalar* values) {
 
 template <class Scalar>
 bool LinearSolver<Scalar>::factorise(const Scalar* values) {
+  column_scale_.clear();
   use_straight_ = factorise_straight(values);
   if (use_straight_) return true;
-  if (band_) return band_->factorise(values);
-  return sparse_ ? sparse_->factorise(positions_, values) : factorise_dense(values);
+  if (sparse_) return sparse_->factorise(positions_, values);
+  return factorise_by_rows(values) || factorise_by_columns(values);
+}
+
+template <class Scalar>
+bool LinearSolver<Scalar>::factorise_by_rows(const Scalar* values) {
+  return band_ ? band_->factorise(values) : factorise_dense(values);
+}
+
+/// A pivot that looks lost beside its row may be the unit of an unknown: multipliers of constraints between lengths in
+/// nanometres. Columns of entries near 1 tell.
+template <class Scalar>
+bool LinearSolver<Scalar>::factorise_by_columns(const Scalar* values) {
+  std::vector<double> row(static_cast<std::size_t>(n_), 0), column = row;
+  for (std::size_t k = 0; k < positions_.size(); ++k) {
+    const double size = size_of_entry(values[k]);
+    if (!(size <= std::numeric_limits<double>::max())) return false;
+    row[positions_[k].row] = std::max(row[positions_[k].row], size);
+  }
+  for (std::size_t k = 0; k < positions_.size(); ++k)
+    if (const double size = size_of_entry(values[k]); size > 0)
+      column[positions_[k].column] = std::max(column[positions_[k].column], size / row[positions_[k].row]);
+  for (double& c : column) {
+    if (c == 0) return false;
+    c = 1 / c;
+  }
+  std::vector<Scalar> scaled(values, values + positions_.size());
+  for (std::size_t k = 0; k < scaled.size(); ++k) scaled[k] *= column[positions_[k].column];
+  if (!factorise_by_rows(scaled.data())) return false;
+  column_scale_ = std::move(column);
+  return true;
 }
 
 /// P A = L U by rows; the scaled pivot decides, and a pivot that is rounding of its row means "singular".
@@ -367,10 +404,18 @@ bool LinearSolver<Scalar>::factorise_dense(const Scalar* values) {
 
 template <class Scalar>
 void LinearSolver<Scalar>::solve(Scalar* b) {
-  const int n = n_;
   if (use_straight_) return straight_.front().solve(reinterpret_cast<double*>(b));
-  if (band_) return band_->solve(b);
-  if (sparse_) return klu_apply(sparse_->symbolic, sparse_->numeric, n, b, &sparse_->common);
+  if (sparse_) return klu_apply(sparse_->symbolic, sparse_->numeric, n_, b, &sparse_->common);
+  if (band_)
+    band_->solve(b);
+  else
+    solve_dense(b);
+  for (std::size_t j = 0; j < column_scale_.size(); ++j) b[j] *= column_scale_[j];
+}
+
+template <class Scalar>
+void LinearSolver<Scalar>::solve_dense(Scalar* b) const {
+  const int n = n_;
   const Scalar* a = lu_.data();
   for (int k = 0; k < n; ++k) std::swap(b[k], b[pivot_[k]]);
   for (int i = 1; i < n; ++i) {

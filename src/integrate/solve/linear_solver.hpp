@@ -68,19 +68,23 @@ class LinearSolver {
   int determinant(double& log) const;
 
   int size() const { return n_; }
-  /// The smallest pivot of the last factorisation relative to its row (dense), or KLU's estimate 1/condition.
+  /// The smallest pivot of the last factorisation relative to its row (dense, band), or KLU's estimate 1/condition.
   double weakest_pivot() const;
 
  private:
   struct Sparse;
   bool factorise_dense(const Scalar* values);
+  bool factorise_by_rows(const Scalar* values);
+  bool factorise_by_columns(const Scalar* values);
+  void solve_dense(Scalar* b) const;
   bool factorise_straight(const Scalar* values);
   bool plan(const Scalar* values);
   int n_ = 0, straight_limit_ = straight_limit;
   double weakest_ = 0;
   std::vector<Position> positions_;
-  std::vector<Scalar> lu_;         ///< dense: rows one after the other
-  std::vector<double> row_scale_;  ///< dense
+  std::vector<Scalar> lu_;            ///< dense: rows one after the other
+  std::vector<double> row_scale_;     ///< dense
+  std::vector<double> column_scale_;  ///< of the factors at hand; empty where columns are as given
   std::vector<int> pivot_;
   std::unique_ptr<Sparse> sparse_;
   std::unique_ptr<BandLU<Scalar>> band_;

@@ -118,6 +118,34 @@ TEST_CASE("linear solver: singular and undefined matrices are refused on every r
   }
 }
 
+TEST_CASE("linear solver: units of unknowns do not make a matrix singular") {
+  using Road = LinearSolver<double>::Road;
+  const double c[] = {1, 1e-20, 1e-38}, given[] = {2, 1, 1, 1, 3, 1, 1, 1, 4};
+  std::vector<Position> positions;
+  std::vector<double> values;
+  double b[] = {0, 0, 0};
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      positions.push_back({i, j});
+      values.push_back(given[3 * i + j] * c[j]);
+      b[i] += given[3 * i + j];  // the solution is 1/c
+    }
+  for (Road road : {Road::chosen, Road::dense, Road::band}) {
+    LinearSolver<double> solver;
+    solver.analyse(3, positions, road);
+    REQUIRE(solver.factorise(values.data()));
+    double w[] = {b[0], b[1], b[2]}, log = 0;
+    solver.solve(w);
+    for (int j = 0; j < 3; ++j) CHECK(w[j] * c[j] == doctest::Approx(1).epsilon(1e-14));
+    CHECK(solver.determinant(log) == 1);
+    CHECK(log == doctest::Approx(std::log(17.0 * 1e-20 * 1e-38)));  // 2·11 - 1·3 + 1·(-2)
+    REQUIRE(solver.factorise(given));                               // other units, the same solver
+    double again[] = {b[0], b[1], b[2]};
+    solver.solve(again);
+    for (double v : again) CHECK(v == doctest::Approx(1).epsilon(1e-14));
+  }
+}
+
 TEST_CASE("linear solver: what earlier runs factorised counts towards code") {
   std::mt19937 random(5);
   System<double> s{90, {}, {}};
