@@ -1,5 +1,5 @@
--- Planar linkages by points: their freedom, starts and motion where the same lengths allow other positions, too
--- (joints that coincide, a rigid assembly), in any unit of length.
+-- Planar linkages by points: their freedom, starts and motion where the same lengths allow other positions,
+-- too (joints that coincide, a rigid assembly), in any unit of length.
 
 -- Mass points of mass 1 in the plane, bars between them; a point given as numbers is fixed.
 local function linkage(unit, points, bars)
@@ -42,7 +42,7 @@ end
 local units = { 1, 1e-3, 1e-9, 1e6 }
 
 test("Peaucellier's linkage: 2 free initial values, though A and D may coincide, and B and P", function()
-  -- B on a circle through the origin, |A| = |D| = 5, rhombus of side 2: inversion, 21 = |B| |P|; P moves on a line
+  -- B on a circle through the origin, |A| = |D| = 5, rhombus of side 2: inversion, 21 = |B| |P|; P on a line
   local angle, r = 0.3, 1.6
   local b = { r + r*math.cos(angle), r*math.sin(angle) }
   local size = math.sqrt(b[1]^2 + b[2]^2)

@@ -91,6 +91,7 @@ class ArrayRun {
       const double from = part.plan.from;
       const TrajectoryPtr trajectory = piece(model, part);
       outcome = trajectory->solution().outcome();
+      if (whole_.is_stopped()) break;
       const Solution& done = *whole_.pieces().last().solution;
       const bool broke =
           outcome.ending == Ending::stopped && done.size() > 0 && (k == 0 || done.t().back() > from);
@@ -130,12 +131,13 @@ class ArrayRun {
   TrajectoryPtr piece(const dae::ModelPtr& model, Simulation& part) {
     const auto regularity = std::make_shared<Regularity>(model, simulation_);
     const auto at_first = std::make_shared<double>(0);
-    part.plan.stop_when = [this, regularity, at_first](const Point& point) {
+    part.chosen = ChosenOutside::all;
+    part.plan.stop_when = whole_.stop_when(model, [this, regularity, at_first](const Point& point) {
       if (!watches_) return false;
       const double here = (*regularity)(point);
       if (*at_first == 0) *at_first = here;
       return here < worn * *at_first;
-    };
+    });
     part.rtol = whole_.tolerances_in(model, simulation_.rtol);
     part.atol = whole_.tolerances_in(model, simulation_.atol);
     const TrajectoryPtr trajectory = simulate(model, part);
@@ -197,7 +199,9 @@ class ArrayRun {
     try {
       dae::ModelPtr model = dae::reduce_array(source_, options);
       if (model->residuals == before->residuals) model = before;
-      part.start = dae::init(model, request(*model, options.at, end.t));
+      const dae::ConsistentStatePtr start = dae::init(model, request(*model, options.at, end.t));
+      if (!whole_.continues_at(*start)) return {};
+      part.start = start;
       part.plan.from = end.t;
       return model;
     } catch (const UserFacing&) {
@@ -210,7 +214,9 @@ class ArrayRun {
     const Solution& solution = *whole_.pieces().last().solution;
     const Point end = solution.final();
     try {
-      part.start = dae::init(model, request(*model, values_at(*model, solution.problem(), end), end.t));
+      const auto start = dae::init(model, request(*model, values_at(*model, solution.problem(), end), end.t));
+      if (!whole_.continues_at(*start)) return false;
+      part.start = start;
       part.plan.from = end.t;
       return true;
     } catch (const UserFacing&) {

@@ -11,6 +11,7 @@
 #include "dae/model/lineage.hpp"
 #include "dae/rank/rank_with_gap.hpp"
 #include "dae/reduce/reduce.hpp"
+#include "dae/reduce/reduced_forms.hpp"
 #include "dae/regularise/least_norm.hpp"
 #include "integrate/simulation/problem_setup.hpp"
 #include "integrate/simulation/run_parts.hpp"
@@ -96,7 +97,7 @@ class ConstraintReselection {
         simulation_(simulation),
         source_(mechanism_with_values(model)),
         problem_(make_problem(model, simulation)),
-        whole_(model, simulation, leaves_of(*problem_)),
+        whole_(model, simulation, original_leaves()),
         usual_atol_(usual_atol(simulation, problem_, start_point(*problem_, simulation))) {}
 
   TrajectoryPtr run() {
@@ -109,14 +110,15 @@ class ConstraintReselection {
       if (!degraded_ || !moved) return whole_.finish(outcome);
       const Point end = done.final();
       try {
-        const dae::ModelPtr other = dae::independent(source_, values_at(end));
-        model = first_->form.empty() ? other : dae::reduce(other, first_->form);
+        const dae::ModelPtr other = dae::independent(source_, values_at(end)), form = form_of(other, end);
+        part = following(form, end);
+        model = form;
         source = other;
       } catch (const UserFacing&) {  // no other choice: as long as the present one serves
         if (outcome.ending != Ending::stop_when) return whole_.finish(outcome);
         chooses_ = false;
+        part = following(model, end);
       }
-      part = following(model, end);
     }
     return whole_.finish(
         stopped_at(whole_.pieces().last().solution->t().back(),
@@ -128,6 +130,7 @@ class ConstraintReselection {
     const dae::Mechanics& mechanics = *source_->mechanics;
     KeptMonitor monitor(mechanics, kept_in(source, mechanics), model, simulation_);
     degraded_ = false;
+    part.chosen = ChosenOutside::constraints;
     part.plan.times.reset();
     part.plan.stop_when = [&](const Point& point) {
       degraded_ = chooses_ && monitor.is_much_worse(point);
@@ -147,13 +150,31 @@ class ConstraintReselection {
     return end;
   }
 
-  /// The values of the first model's leaves at the end of a piece.
+  /// The leaves of the first model as those of the mechanism: all choices of states and rows have these.
+  std::vector<Expr> original_leaves() const {
+    std::vector<Expr> leaves = leaves_of(*problem_);
+    for (Expr& leaf : leaves) leaf = dae::original_leaf(*first_, leaf);
+    return leaves;
+  }
+
+  dae::ModelPtr form_of(const dae::ModelPtr& source, const Point& end) {
+    if (first_->form.empty()) return source;
+    dae::ReduceOptions options;
+    if (chooses_at_point()) options.at = values_at(end);
+    return dae::reduce(source, first_->form, options);
+  }
+  bool chooses_at_point() const { return first_->form == "dummy" || first_->form == "array"; }
+
+  /// The values of the first model's leaves at the end of a piece, by their names in it and in the mechanism.
   std::unordered_map<Expr, double> values_at(const Point& end) {
     const Point point = whole_.pieces().translated(end);
     std::unordered_map<Expr, double> values = simulation_.start->values;
     values[time_symbol()] = end.t;
+    const std::vector<Expr> own = leaves_of(*problem_);
     const std::vector<Expr>& leaves = whole_.leaves();
-    for (std::size_t i = 0; i < leaves.size(); ++i) values[leaves[i]] = entry_of(point, i);
+    for (std::size_t i = leaves.size(); i-- > 0;)  // x last: x′ may be a state itself
+      if (const double value = entry_of(point, i); std::isfinite(value))
+        values[own[i]] = values[leaves[i]] = value;
     return values;
   }
 
@@ -161,9 +182,13 @@ class ConstraintReselection {
     dae::StartRequest request;
     set_conditions(simulation_, end.t, request);
     const auto values = values_at(end);
-    for (Expr leaf : model->states())
-      if (const auto value = values.find(leaf); value != values.end())
-        request.fix.emplace_back(leaf, value->second);
+    const auto take = [&](const std::vector<Expr>& unknowns, auto& conditions) {
+      for (Expr leaf : unknowns)
+        if (const auto value = values.find(dae::original_leaf(*model, leaf)); value != values.end())
+          conditions.emplace_back(leaf, value->second);
+    };
+    take(model->states(), request.fix);
+    if (chooses_at_point()) take(model->algebraic(), request.guess);
     request.nearest = true;
     Simulation part = simulation_;
     part.start = dae::init(model, request);
@@ -182,7 +207,7 @@ class ConstraintReselection {
     for (std::size_t i = 0; i < static_cast<std::size_t>(usual_atol_.size()) && !given; ++i) {
       const Expr leaf = leaves[i < n ? i : n + i];  // leaves: x, x′, z
       const auto own = std::find_if(request.some.begin(), request.some.end(), [&](const auto& some) {
-        return dae::resolve(*first_, some.first) == leaf;
+        return dae::original_leaf(*first_, dae::resolve(*first_, some.first)) == leaf;
       });
       if (own == request.some.end()) request.some.emplace_back(leaf, usual_atol_[static_cast<Index>(i)]);
     }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <unordered_set>
 
+#include "codegen/kernel/kernel.hpp"
 #include "dae/model/first_order.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/reduce/reduced_forms.hpp"
@@ -23,12 +24,11 @@ static Point point_of(double t, const Vec& values, int n) {
   return {t, values.head(n), values.segment(n, n), values.tail(values.size() - 2 * n)};
 }
 
-void RunParts::add(RunPart piece) {
-  const auto& known = piece.solution->problem().arguments();
+Meanings RunParts::meanings_in(const dae::Model& model, const std::vector<Expr>& known) const {
   const std::unordered_set<Expr> has_value(known.begin(), known.end());
   Meanings own;
   for (std::size_t i = 0; i < leaves_.size(); ++i) {
-    Expr meaning = substitute(dae::resolve(*piece.model, leaves_[i]), inputs_);
+    Expr meaning = substitute(dae::resolve(model, leaves_[i]), inputs_);
     const std::vector<Expr> inside = pendula::leaves({&meaning, 1});
     if (!std::all_of(inside.begin(), inside.end(), [&](Expr leaf) {
           return has_value.count(leaf) || symbol_of(leaf).kind == Kind::constant;
@@ -38,18 +38,21 @@ void RunParts::add(RunPart piece) {
     }
     own.expressions.push_back(meaning);
   }
-  meanings_.push_back(std::move(own));
+  return own;
+}
+
+void RunParts::add(RunPart piece) {
+  meanings_.push_back(meanings_in(*piece.model, piece.solution->problem().arguments()));
   pieces_.push_back(std::move(piece));
 }
 
-Point RunParts::translated(std::size_t k, double t, Vec values) const {
-  for (Eigen::Index i : meanings_[k].open) values[i] = NAN;
+Point RunParts::with_values(double t, Vec values, const Meanings& meanings) const {
+  for (Eigen::Index i : meanings.open) values[i] = NAN;
   return point_of(t, values, n_);
 }
 
 Point RunParts::translated(const Point& point) const {
-  return translated(pieces_.size() - 1, point.t,
-                    last().solution->values(meanings_.back().expressions, point));
+  return with_values(point.t, last().solution->values(meanings_.back().expressions, point), meanings_.back());
 }
 
 std::pair<double, double> RunParts::interval(const Points& saved) const {
@@ -60,7 +63,7 @@ std::pair<double, double> RunParts::interval(const Points& saved) const {
 Point RunParts::at(const Points&, double t) {
   std::size_t k = pieces_.size() - 1;
   while (k > 0 && pieces_[k].from > t) --k;
-  return translated(k, t, pieces_[k].solution->values(meanings_[k].expressions, t));
+  return with_values(t, pieces_[k].solution->values(meanings_[k].expressions, t), meanings_[k]);
 }
 
 SolutionInParts::SolutionInParts(dae::ModelPtr model, const Simulation& simulation, std::vector<Expr> leaves)
@@ -117,6 +120,38 @@ void set_conditions(const Simulation& simulation, double t, dae::StartRequest& r
     request.inputs[leaf] = Expr(function(t));
     request.numeric_inputs.push_back(leaf);
   }
+}
+
+std::function<bool(const Point&)> SolutionInParts::stop_when(const dae::ModelPtr& part,
+                                                             std::function<bool(const Point&)> own) {
+  stopped_ = false;
+  if (!simulation_.plan.stop_when) return own;
+  const ProblemPtr problem = make_problem(part, simulation_);
+  const auto meanings = std::make_shared<Meanings>(pieces_->meanings_in(*part, problem->arguments()));
+  const auto kernel = std::make_shared<codegen::Kernel>(meanings->expressions, problem->arguments());
+  return [this, own = std::move(own), problem, meanings, kernel](const Point& point) {
+    problem->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+    const std::vector<double> values = (*kernel)(problem->values());
+    const auto n = static_cast<Eigen::Index>(values.size());
+    stopped_ = simulation_.plan.stop_when(
+        pieces_->with_values(point.t, Eigen::Map<const Vec>(values.data(), n), *meanings));
+    return stopped_ || own(point);
+  };
+}
+
+bool SolutionInParts::continues_at(const dae::ConsistentState& start) const {
+  // beside equations that are nearly dependent, errors are many tolerances, but no part of the motion
+  constexpr double most = 1e-2, tolerances = 1e6, most_of_usual_size = 10;
+  if (pieces_->empty()) return true;
+  const Point end = pieces_->translated(pieces_->last().solution->final());
+  const double share = std::min(tolerances, most_of_usual_size / simulation_.rtol.all.value_or(1e-6));
+  const Vec usual = usual_atol(simulation_, problem_, start_point(*problem_, simulation_));
+  for (Eigen::Index i = 0; i < end.x.size(); ++i) {
+    const double atol = simulation_.atol.all.value_or(usual[i]);
+    const auto value = start.value_for(*start.model, dae::resolve(*start.model, leaves()[i]));
+    if (value && !(std::fabs(*value - end.x[i]) <= most * std::fabs(end.x[i]) + share * atol)) return false;
+  }
+  return true;
 }
 
 void SolutionInParts::add(RunPart piece, std::size_t shown) {

@@ -15,6 +15,13 @@ Point start_point(const Problem& problem, const Simulation& simulation);
 /// Time, parameters and inputs of a start in the middle of the run.
 void set_conditions(const Simulation& simulation, double t, dae::StartRequest& request);
 
+/// Leaves of a model in the order x, x′, z as the expressions of another one: `open` are those that it does not contain,
+/// which have no value there.
+struct Meanings {
+  std::vector<Expr> expressions;
+  std::vector<Eigen::Index> open;
+};
+
 /// A part of the trajectory.
 struct RunPart {
   dae::ModelPtr model;
@@ -36,18 +43,14 @@ class RunParts : public Continuation {
   const std::vector<Expr>& leaves() const { return leaves_; }
   /// A point of the last piece in the unknowns of the first model.
   Point translated(const Point& point) const;
+  /// The same of a model that is not yet a piece, by values of the expressions.
+  Meanings meanings_in(const dae::Model& model, const std::vector<Expr>& known) const;
+  Point with_values(double t, Vec values, const Meanings& meanings) const;
 
   std::pair<double, double> interval(const Points& saved) const override;
   Point at(const Points&, double t) override;
 
  private:
-  /// The leaves in a piece; `open`: those that its model does not contain, which have no value there.
-  struct Meanings {
-    std::vector<Expr> expressions;
-    std::vector<Eigen::Index> open;
-  };
-  Point translated(std::size_t k, double t, Vec values) const;
-
   int n_;
   std::vector<Expr> leaves_;
   Substitution inputs_;
@@ -68,6 +71,14 @@ class SolutionInParts {
   const Stats& stats() const { return stats_; }
   /// Tolerances of the run in the unknowns of a part with other states: what has become the derivative of one has none.
   ToleranceRequest tolerances_in(const dae::ModelPtr& part, const ToleranceRequest& asked) const;
+  /// The plan's stop_when of a part: `own`, or what the caller's plan asks for, in whose unknowns points are translated.
+  std::function<bool(const Point&)> stop_when(const dae::ModelPtr& part,
+                                              std::function<bool(const Point&)> own);
+  /// Does a part that starts there go on where the last one has ended? Rows that are nearly dependent may have another
+  /// solution nearby.
+  bool continues_at(const dae::ConsistentState& start) const;
+  /// Has the caller's plan ended the last part?
+  bool is_stopped() const { return stopped_; }
   /// Events with a number from `shown` on are not the user's.
   void add(RunPart piece, std::size_t shown);
   TrajectoryPtr finish(const RunOutcome& outcome);
@@ -82,6 +93,7 @@ class SolutionInParts {
   std::size_t next_time_ = 0;
   Stats stats_;
   double seconds_ = 0;
+  bool stopped_ = false;
 };
 
 }  // namespace pendula::integrate

@@ -29,10 +29,12 @@ static std::string where_solutions_meet(const Simulation& simulation) {
 
 TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation) {
   if (simulation.branch) return simulate_branches(model, simulation);
-  const bool one_choice = simulation.plan.stop_when || !simulation.sensitivities.empty();
-  if (chooses_states(*model) && !one_choice) return simulate_reselecting(model, simulation);
-  if (!one_choice && chooses_rows(*model, simulation)) return simulate_rechoosing(model, simulation);
-  if (!one_choice && leaves_out_constraints(model)) return simulate_rekeeping(model, simulation);
+  if (simulation.chosen != ChosenOutside::all && simulation.sensitivities.empty()) {
+    if (simulation.chosen == ChosenOutside::nothing && leaves_out_constraints(model))
+      return simulate_rekeeping(model, simulation);
+    if (chooses_states(*model)) return simulate_reselecting(model, simulation);
+    if (chooses_rows(*model, simulation)) return simulate_rechoosing(model, simulation);
+  }
   if (changes_regime(*model, simulation)) return simulate_regimes(model, simulation);
   require_low_index(*model, simulation.plan.direct);
   const ProblemSetup run = set_up_problem(model, simulation);

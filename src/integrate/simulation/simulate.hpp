@@ -17,6 +17,9 @@ struct BranchChoice {
   std::vector<std::pair<Expr, double>> derivatives;  ///< leaves of any order; empty: smoothly
 };
 
+/// What a caller of simulate() chooses anew along the way, which simulate() would do otherwise.
+enum class ChosenOutside { nothing, constraints, all };
+
 struct Simulation {
   dae::ConsistentStatePtr start;    ///< of this model; x is taken from it, x′ and z as starting values
   dae::ParameterValues parameters;  ///< override those of the model
@@ -28,6 +31,7 @@ struct Simulation {
   std::vector<ModelEvent> events;
   std::optional<BranchChoice> branch;  ///< absent: the run stops there
   std::vector<Expr> sensitivities;     ///< parameters, and states that stand for their initial values
+  ChosenOutside chosen = ChosenOutside::nothing;
   bool many_parameters = false;  ///< the problem is evaluated with other parameters, too: none is folded
 };
 

@@ -87,6 +87,7 @@ class StateReselection {
     }
     for (long k = 0; k < most_switches && outcome.ending == Ending::stop_when; ++k) {
       outcome = piece(model, selection, t, values);
+      if (whole_.is_stopped()) return whole_.finish(outcome);
       if (whole_.pieces().last().solution->size() == 0) break;
       const auto next = outcome.ending == Ending::finished ? std::nullopt : next_;
       if (!next) continue;
@@ -115,10 +116,11 @@ class StateReselection {
     part.atol = whole_.tolerances_in(model, simulation_.atol);
     auto monitor = std::make_shared<ChoiceMonitor>(pivoting_, model, selection, simulation_);
     next_.reset();
-    part.plan.stop_when = [this, monitor](const Point& point) {
+    part.chosen = ChosenOutside::all;
+    part.plan.stop_when = whole_.stop_when(model, [this, monitor](const Point& point) {
       next_ = monitor->better(point);
       return next_.has_value();
-    };
+    });
     const TrajectoryPtr trajectory = simulate(model, part);
     const SolutionPtr solution(trajectory, &trajectory->solution());
     whole_.solution().add_states({from, states_text(*model)});
