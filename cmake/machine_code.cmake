@@ -10,6 +10,7 @@ if(PENDULA_MACHINE_CODE AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
       target_compile_definitions(pendula_codegen PRIVATE PENDULA_SLEEF)
       target_link_libraries(pendula_codegen PRIVATE PkgConfig::SLEEF)
       set_source_files_properties(src/codegen/machine/lane_functions_avx2.cpp src/codegen/routines/lane_product_avx2.cpp
+                                  src/codegen/routines/sines_avx2.cpp
                                   PROPERTIES COMPILE_OPTIONS "-mavx2;-mfma" SKIP_PRECOMPILE_HEADERS ON)
       set_source_files_properties(src/codegen/machine/lane_functions_avx512.cpp PROPERTIES COMPILE_OPTIONS "-mavx512f;-mfma"
                                   SKIP_PRECOMPILE_HEADERS ON)

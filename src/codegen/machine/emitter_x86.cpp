@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "codegen/machine/functions.hpp"
+#include "codegen/routines/sines.hpp"
 #include "expr/graph/operation.hpp"
 
 namespace pendula::codegen {
@@ -193,11 +194,18 @@ void Emitter::emit_pair(Slot value, Slot partner, const Instruction& i) {
   load(B_, i.operand[0]);
   consume(i);
   leave_registers();
-  a_.emit(isa_.copy, reg(0), reg(B_));
+  a_.emit(now_->copy, reg(0), reg(B_));
+  const Slot sin = i.op == Op::sin ? value : partner, cos = i.op == Op::sin ? partner : value;
+  if (i.wide) {  // components are found in memory
+    for (Slot v : {sin, cos}) r_.home(v) = {Home::Array::work, r_.new_wide_slot()};
+    a_.lea(x86::rdi, at(r_.home(sin)));
+    a_.lea(x86::rsi, at(r_.home(cos)));
+    return call(wide_sincos_function());
+  }
   if (wide_values_) a_.vzeroupper();
   call(sincos_function());
-  finish(i.op == Op::sin ? value : partner, 0);
-  finish(i.op == Op::sin ? partner : value, 1);
+  finish(sin, 0);
+  finish(cos, 1);
 }
 
 void Emitter::emit_linear(Slot value, const Instruction& i) {

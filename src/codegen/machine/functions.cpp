@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "codegen/routines/band.hpp"
+#include "codegen/routines/sines.hpp"
 #include "expr/graph/solve.hpp"
 
 namespace pendula::codegen {
@@ -71,10 +72,8 @@ void band_solve_lanes(double* b, int n, const double* factors, int band) {
   }
 }
 
-struct SinCos {
-  double sin, cos;
-};
-SinCos sincos_value(double a) { return {std::sin(a), std::cos(a)}; }
+double sine(double a) { return codegen::sincos_value(a).sin; }
+double cosine(double a) { return codegen::sincos_value(a).cos; }
 
 template <class F>
 const void* address(F* function) {
@@ -84,6 +83,8 @@ const void* address(F* function) {
 }  // namespace
 
 const void* scalar_function(Op op) {
+  if (op == Op::sin) return address(sine);
+  if (op == Op::cos) return address(cosine);
   switch (op) {
 #define OP(name, ...) \
   case Op::name:      \

@@ -6,7 +6,7 @@
 
 namespace pendula::codegen {
 
-/// double f(double a, double b): the value column of ops.def.
+/// double f(double a, double b): the value column of ops.def; sin and cos of routines/sines.hpp.
 const void* scalar_function(Op op);
 /// __m256d f(__m256d a, __m256d b) for 4 lanes, __m512d for 8: SLEEF's, at most 1 ulp off, and those whose
 /// bits depend on nothing but the operands of a lane ("finz"). Null where the build has none.
@@ -31,7 +31,7 @@ const void* band_factor_function(int lanes);
 const void* band_solve_function(int lanes);
 
 /// For one number: double → (sin, cos) in the first two vector registers. The values are those of
-/// scalar_function(Op::sin) and scalar_function(Op::cos).
+/// scalar_function(Op::sin) and scalar_function(Op::cos), and of wide_sincos_function().
 const void* sincos_function();
 
 }  // namespace pendula::codegen

@@ -4,8 +4,10 @@
 #ifdef PENDULA_MACHINE_CODE
 #include "codegen/machine/emitter_x86.hpp"
 #include "codegen/machine/functions.hpp"
+#include "codegen/machine/wide_sines.hpp"
 #include "codegen/program/contract.hpp"
 #include "codegen/program/packs.hpp"
+#include "codegen/routines/sines.hpp"
 
 namespace pendula::codegen {
 namespace {
@@ -65,8 +67,10 @@ std::unique_ptr<const Machine> Machine::compile(const Program& program, int lane
     return compile(contracted(program), lanes, Rounding::exact);
   CodeHolder code;
   if (code.init(runtime().environment()) != kErrorOk) return nullptr;
-  const Program& source = lanes == 1 && isa->vex ? packed(program) : program;
-  Emitter emitter(source, *isa, code);
+  const bool has_wide = lanes == 1 && isa->vex, sines = has_wide && wide_sincos_function();
+  const Program source = has_wide ? packed(program) : program;
+  const Program ready = sines ? with_wide_sines(source) : source;
+  Emitter emitter(ready, *isa, code);
   emitter.emit_all();
   Function function = nullptr;
   if (runtime().add(&function, &code) != kErrorOk) return nullptr;

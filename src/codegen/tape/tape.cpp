@@ -6,6 +6,7 @@
 
 #include "base/error.hpp"
 #include "codegen/routines/band.hpp"
+#include "codegen/routines/sines.hpp"
 #include "expr/graph/solve.hpp"
 
 namespace pendula::codegen {
@@ -48,6 +49,10 @@ void Tape::run(const double* in, double* out, double* w) const {
     const Slot* const o = operands_.data() + run.first_operand;
     double* const r = w + run.first_slot;
     const std::size_t n = run.count;
+    if (run.op == Op::sin || run.op == Op::cos) {
+      sines(run.op == Op::sin ? Sine::sin : Sine::cos, w, o, n, r);
+      continue;
+    }
     switch (run.op) {
 #define OP(name, arity, style, parity, exact, code, value, ...)          \
   case Op::name:                                                         \
