@@ -61,6 +61,16 @@ test("products with a constraint, powers of it, functions of it", function()
     C = { g, g^2 - 1 } } end):fails "redundant or contradicts"
 end)
 
+test("products with a constraint in any unit of length", function()
+  local q = var("q", 2)
+  for power = -9, 9, 3 do
+    local L = 10.0^power
+    local ball = lagrange { q = q, T = dot(q.dot, q.dot)/2, V = 9.81*L*q[2],
+      C = { (q.T*q - L^2)/2, (q.T*q - L^2)*(1 + q[1]^2/L^2) } }
+    expect(tostring(ball)):matches "C₂ follows from C₁: z of least norm, C₂ = "
+  end
+end)
+
 -- By hand, z is not unique and there is no index; what follows from what is said, independent has the motion.
 test("typed with dae, of second and of first order", function()
   for _, L in ipairs { 1, 10, 1e-3 } do

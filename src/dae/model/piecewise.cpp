@@ -1,10 +1,12 @@
 #include "dae/model/piecewise.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/model/lineage.hpp"
+#include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
 
 namespace pendula::dae {
@@ -110,6 +112,7 @@ Choices::Choices(const Model& model) : model_(model) {
     bool reversed = false;
     const std::size_t choice =
         choice_of(written->margin, written->where_first, written->where_second, reversed);
+    if (choice == hidden_margins_.size()) hidden_margins_.push_back(found->margin);
     pieces_.push_back({node, found->first, found->second, choice, reversed});
   }
 }
@@ -146,8 +149,9 @@ Region Choices::region(std::uint64_t choice) const {
   for (std::size_t k = 0; k < margins_.size(); ++k) {
     const bool second = (choice >> k & 1) != 0;
     where.push_back(second ? where_[k].second : where_[k].first);
-    r.margins.push_back(second ? -margins_[k] : margins_[k]);
+    r.margins.push_back(second ? -hidden_margins_[k] : hidden_margins_[k]);
   }
+  r.margins = with(std::move(r.margins), choice);
   r.where = join(where, ", ");
   r.model.residuals = with(model_.residuals, choice);
   for (Expr residual : model_.residuals)
@@ -155,7 +159,7 @@ Region Choices::region(std::uint64_t choice) const {
       if (is_complementarity(residual) && (residual == piece.node || residual == -piece.node)) {
         const bool first = ((choice >> piece.choice & 1) != 0) == piece.reversed;
         const Expr chosen = first ? piece.second : piece.first;
-        const Expr other = roots_.empty() ? chosen : substitute(chosen, roots_);
+        const Expr other = with({chosen}, choice).front();
         r.margins[piece.choice] = piece.node.op() == Op::min ? other : -other;
       }
   return r;
@@ -170,6 +174,26 @@ std::uint64_t Choices::active(const std::unordered_map<Expr, double>& values) co
   for (std::size_t k = 0; k < at.size(); ++k)
     if (at[k] < 0) choice |= std::uint64_t{1} << k;
   return choice;
+}
+
+Choices::Decided Choices::decided(const std::unordered_map<Expr, double>& values) const {
+  constexpr double rounding = 1e-9;  // of the terms
+  Decided known;
+  for (std::size_t k = 0; k < margins_.size(); ++k) {
+    const std::vector<Expr> inside = leaves({&margins_[k], 1});
+    if (std::any_of(inside.begin(), inside.end(), [&](Expr leaf) { return values.count(leaf) == 0; }))
+      continue;
+    double size = 0;
+    for (Expr leaf : inside) {
+      const Expr term = partial(margins_[k], leaf) * leaf;
+      size += std::fabs(pendula::evaluate({&term, 1}, values)[0]);
+    }
+    const double margin = pendula::evaluate({&margins_[k], 1}, values)[0];
+    if (!(std::fabs(margin) > rounding * size)) continue;
+    known.choices |= std::uint64_t{1} << k;
+    if (margin < 0) known.sides |= std::uint64_t{1} << k;
+  }
+  return known;
 }
 
 std::vector<Region> regions(const Model& m) {

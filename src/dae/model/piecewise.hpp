@@ -14,7 +14,7 @@ namespace pendula::dae {
 struct Region {
   std::string where;  ///< "x < 0, z ≥ 0"
   Model model;        ///< residuals without the pieces
-  /// Not negative in the region; may contain other pieces. Of 0 = min(a, b) where a < b: b itself, in its own units.
+  /// Not negative in the region, without the pieces. Of 0 = min(a, b) where a < b: b itself, in its own units.
   std::vector<Expr> margins;
 };
 
@@ -28,6 +28,12 @@ class Choices {
   Region region(std::uint64_t choice) const;
   /// The sides that are in force at values; leaves without value count as 0.
   std::uint64_t active(const std::unordered_map<Expr, double>& values) const;
+  /// The choices that these values decide, borders that contain nothing else and are not 0 there, and their sides.
+  struct Decided {
+    std::uint64_t choices = 0, sides = 0;
+    bool allow(std::uint64_t choice) const { return (choice & choices) == sides; }
+  };
+  Decided decided(const std::unordered_map<Expr, double>& values) const;
 
  private:
   struct Piece {
@@ -39,10 +45,11 @@ class Choices {
   std::size_t choice_of(Expr margin, const std::string& first, const std::string& second, bool& reversed);
   std::vector<Expr> with(std::vector<Expr> e, std::uint64_t choice) const;
 
-  Model model_;                ///< with a symbol in place of each root that is left as it is
-  Substitution roots_;         ///< these roots
-  std::vector<Piece> pieces_;  ///< operands first
-  std::vector<Expr> margins_;  ///< of each choice: positive on its first side
+  Model model_;                       ///< with a symbol in place of each root that is left as it is
+  Substitution roots_;                ///< these roots
+  std::vector<Piece> pieces_;         ///< operands first
+  std::vector<Expr> margins_;         ///< of each choice: positive on its first side
+  std::vector<Expr> hidden_margins_;  ///< the same with symbols in place of roots
   std::vector<std::pair<std::string, std::string>> where_;
 };
 

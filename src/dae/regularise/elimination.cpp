@@ -185,9 +185,26 @@ Step eliminate_constant_rows(Equations& e, const Structure& s, std::vector<std::
   return step;
 }
 
-std::optional<mpq_class> rational_of(Residue residue) {
-  constexpr std::int64_t prime = (std::int64_t{1} << 61) - 1, bound = 1'000'000;
-  std::int64_t r0 = prime, r1 = static_cast<std::int64_t>(residue), t0 = 0, t1 = 1;
+namespace {
+
+constexpr std::int64_t prime = (std::int64_t{1} << 61) - 1;
+
+std::int64_t product(std::int64_t a, std::int64_t b) {
+  return static_cast<std::int64_t>(static_cast<unsigned __int128>(a) * static_cast<unsigned __int128>(b) %
+                                   prime);
+}
+
+std::int64_t power(std::int64_t base, std::int64_t exponent) {
+  std::int64_t result = 1;
+  for (; exponent > 0; exponent /= 2, base = product(base, base))
+    if (exponent % 2 == 1) result = product(result, base);
+  return result;
+}
+
+/// The fraction of numbers up to a million, by Euclid's algorithm.
+std::optional<mpq_class> fraction_of(std::int64_t residue) {
+  constexpr std::int64_t bound = 1'000'000;
+  std::int64_t r0 = prime, r1 = residue, t0 = 0, t1 = 1;
   while (r1 > bound) {
     const std::int64_t q = r0 / r1;
     r0 = std::exchange(r1, r0 - q * r1);
@@ -197,6 +214,22 @@ std::optional<mpq_class> rational_of(Residue residue) {
   mpq_class value(static_cast<long>(r1), static_cast<long>(std::abs(t1)));
   value.canonicalize();
   return t1 < 0 ? mpq_class(-value) : value;
+}
+
+}  // namespace
+
+std::optional<mpq_class> rational_of(Residue residue) {
+  constexpr int thousands = 8;  // 1/L² in nanometres is 10¹⁸
+  const std::int64_t thousand = 1000, thousandth = power(thousand, prime - 2);
+  const auto number = static_cast<std::int64_t>(residue);
+  for (int k = 0; k <= thousands; ++k) {
+    mpz_class unit;
+    mpz_ui_pow_ui(unit.get_mpz_t(), thousand, k);
+    if (const auto large = fraction_of(product(number, power(thousandth, k))))
+      return mpq_class(*large * unit);
+    if (const auto small = fraction_of(product(number, power(thousand, k)))) return mpq_class(*small / unit);
+  }
+  return {};
 }
 
 namespace {

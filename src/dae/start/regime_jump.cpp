@@ -117,7 +117,7 @@ class JumpSystem {
       if (const double x = start.at(form_.x[i]); std::fabs(x + jump.change[i]) <= 1e-12 * std::fabs(x))
         jump.change[i] = -x;
     for (Eigen::Index i = 0; i < n_; ++i) {
-      jump.jumps = jump.jumps || std::fabs(jump.change[i]) > close_ * size_[i];
+      jump.jumps = jump.jumps || is_jump(i, jump.change);
       jump.impulses[form_.xdot[i]] = jump.change[i];
       jump.sizes[form_.xdot[i]] = size_[i];
     }
@@ -129,16 +129,20 @@ class JumpSystem {
   }
 
   /// Entries of ∂F/∂(x′, z) that have other values before, in the middle of or after a jump, and a jump or an impulse.
+  /// States that do not jump are moved by errors only, those of the place where a rope becomes taut.
   std::vector<Entry> changed_factors(const PointValues& start, const Jump& jump) {
     constexpr double visible = 1e-9;
+    Vec change = jump.change;
+    for (Eigen::Index i = 0; i < n_; ++i)
+      if (!is_jump(i, change)) change[i] = 0;
     std::vector<Entry> changed;
     for (const Entry& e : sparse_jacobian(form_.F, unknowns_of_impulses())) {
       const Expr of = e.column < n_ ? form_.xdot[e.column] : form_.z[e.column - n_];
       if (std::fabs(jump.impulses.at(of)) <= rounding_of_sums * jump.sizes.at(of)) continue;
-      move(start, 0 * jump.change);
+      move(start, 0 * change);
       const double before = value_at(e.value, values_);
       for (const double part : {0.5, 1.0}) {
-        move(start, part * jump.change);
+        move(start, part * change);
         const double now = value_at(e.value, values_);
         if (std::fabs(now - before) <= visible * (std::fabs(now) + std::fabs(before))) continue;
         changed.push_back(e);
@@ -148,6 +152,8 @@ class JumpSystem {
     move(start, jump.change);
     return changed;
   }
+
+  bool is_jump(Eigen::Index i, const Vec& change) const { return std::fabs(change[i]) > close_ * size_[i]; }
 
   /// The factors of x′ in a row are the gradient of a function of x: their integral is the same on every way.
   bool is_exact(int row) const {

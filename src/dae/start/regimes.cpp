@@ -53,6 +53,28 @@ Sizes sizes_at(const ConsistentState& start) {
   return sizes;
 }
 
+/// The sign of an expression a short time after the start, along the slopes there: of one whose own slope is another
+/// one before and behind it, as that of √(sin² t) at t = 0.
+int sign_ahead(Expr e, const ConsistentState& start, const Sizes& sizes, double border) {
+  constexpr double share = 1e-6;  // of the time in which states change
+  PointValues ahead = start.values;
+  const double dt = share * (sizes.rate > 0 ? 1 / sizes.rate : 1.0);
+  for (Expr leaf : leaves({&e, 1})) {
+    if (leaf == time_symbol()) {
+      ahead[leaf] += std::max(dt, 1e3 * rounding_of_sums * std::fabs(ahead[leaf]));
+      continue;
+    }
+    const auto slope = start.values.find(derivative_leaf(leaf));
+    if (symbol_of(leaf).kind == Kind::variable && slope != start.values.end())
+      ahead[leaf] += dt * slope->second;
+  }
+  const double there = value_at(e, ahead);
+  Sizes moved = sizes;
+  for (const auto& [leaf, value] : ahead) moved.of[leaf] = std::max(std::fabs(value), sizes(leaf));
+  const double size = size_of(e, ahead, moved);
+  return std::fabs(there) > border * size ? (there > 0 ? 1 : -1) : 0;
+}
+
 /// -1, 0, 1: the sign of a margin just after the start.
 int sign_after(Expr margin, const ConsistentState& start, const Jump& jump, double border) {
   constexpr int highest = 4;  // derivative
@@ -71,7 +93,8 @@ int sign_after(Expr margin, const ConsistentState& start, const Jump& jump, doub
       here = start(e);
       size = size_of(e, start.values, sizes);
     } catch (const UserFacing&) {  // a derivative that nothing determines, or a size that contains one
-      if (here == 0) return 0;
+      if (here == 0)
+        return std::isnan(value_at(e, start.values)) ? sign_ahead(margin, start, sizes, border) : 0;
     }
     if (std::fabs(here) > border * size) return here > 0 ? 1 : -1;
     if (margin.op() == Op::ifelse) return 1;
@@ -94,8 +117,8 @@ std::string answer(const Model& m) {
   return a.regular ? text(a.index, " ", a.dof) : "singular";
 }
 
-/// Values before a jump, of all leaves that a regime knows.
-std::unordered_map<Expr, double> values_before(const Model& model, const StartRequest& request) {
+/// Time, parameters and inputs.
+std::unordered_map<Expr, double> conditions_of(const Model& model, const StartRequest& request) {
   std::unordered_map<Expr, double> values{{time_symbol(), request.t}};
   const auto add = [&](const ParameterValues& list) {
     for (const auto& [p, value] : list) values[p] = pendula::evaluate({&value, 1}, {})[0];
@@ -110,6 +133,12 @@ std::unordered_map<Expr, double> values_before(const Model& model, const StartRe
         values.try_emplace(p, pendula::evaluate({&*symbol_of(p).value, 1}, {})[0]);
   const std::unordered_map<Expr, double> known = values;
   for (const auto& [u, e] : request.inputs) values[u] = pendula::evaluate({&e, 1}, known)[0];
+  return values;
+}
+
+/// Values before a jump, of all leaves that a regime knows.
+std::unordered_map<Expr, double> values_before(const Model& model, const StartRequest& request) {
+  std::unordered_map<Expr, double> values = conditions_of(model, request);
   for (const auto* list : {&request.guess, &request.fix})
     for (const auto& [leaf, value] : *list) values[leaf] = value;
   return values;
@@ -163,6 +192,10 @@ bool stays_in(const Region& region, const ConsistentState& start) {
 }
 
 Regimes::Regimes(ModelPtr model) : model_(std::move(model)), choices_(*model_) {}
+
+Choices::Decided Regimes::decided(const StartRequest& request) const {
+  return choices_.decided(conditions_of(*model_, request));
+}
 
 static bool find_difference(const Model& m) {
   constexpr std::size_t few = 3, most = 20;
@@ -263,7 +296,11 @@ std::optional<RegimeStart> Regimes::enter_one(const StartRequest& before, std::u
         return next;
       }
     }
-    return RegimeStart{&regime, at, jump->jumps, slack_of(regime.region, *at, signs, accuracy)};
+    std::vector<Expr> undecided;
+    for (std::size_t k = 0; k < signs.size(); ++k)
+      if (signs[k] == 0 && !regime.region.margins[k].is_constant())
+        undecided.push_back(regime.region.margins[k]);
+    return RegimeStart{&regime, at, jump->jumps, slack_of(regime.region, *at, signs, accuracy), undecided};
   } catch (const UserFacing& e) {
     return refused(e.what());
   }
@@ -273,12 +310,14 @@ std::optional<RegimeStart> Regimes::enter_within(const StartRequest& request, st
                                                  std::optional<std::uint64_t> without,
                                                  const Accuracy& accuracy, std::string& why) {
   const std::uint64_t all = std::uint64_t{1} << choices_.size();
+  const Choices::Decided known = decided(request);
   const int most = static_cast<int>(choices_.size());
   std::size_t tried = 0;
   for (int k = 0; k <= most; ++k) {
     const int flips = accuracy.exact ? k : (k + 1) % (most + 1);  // what was near is known to end here
     for (std::uint64_t mask = 0; mask < all; ++mask) {
-      if (std::popcount(mask) != flips || (without && (near ^ mask) == *without)) continue;
+      if (std::popcount(mask) != flips || !known.allow(near ^ mask) || (without && (near ^ mask) == *without))
+        continue;
       if (++tried > most_candidates) return {};
       if (auto found = enter_one(request, near ^ mask, accuracy, why)) return found;
     }

@@ -33,9 +33,10 @@ struct Regime {
 /// A regime with consistent values in it.
 struct RegimeStart {
   const Regime* regime;
-  ConsistentStatePtr at;      ///< of regime->model
-  bool jumps;                 ///< x⁺ ≠ x⁻
-  std::vector<double> slack;  ///< of each margin: what rounding may take from one that stays 0
+  ConsistentStatePtr at;        ///< of regime->model
+  bool jumps;                   ///< x⁺ ≠ x⁻
+  std::vector<double> slack;    ///< of each margin: what rounding may take from one that stays 0
+  std::vector<Expr> undecided;  ///< margins that are 0 with all derivatives that are known
 };
 
 /// Some regimes have another index, or fewer degrees of freedom, than the model as a whole; also where an equation
@@ -52,6 +53,8 @@ class Regimes {
   std::uint64_t active(const std::unordered_map<Expr, double>& values) const {
     return choices_.active(values);
   }
+  /// The choices that time, parameters and inputs decide.
+  Choices::Decided decided(const StartRequest& request) const;
 
   /// How well a run knows its values: |error| ≤ rtol max(|value|, least) in each step. 0: they are exact.
   struct Tolerance {

@@ -1,6 +1,6 @@
 // Starts of piecewise models (ifelse, abs, min, max) whose regions differ in index: the region that is active at the
 // start decides which hidden constraints hold there.
-#include <algorithm>
+#include <bit>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -13,20 +13,6 @@ namespace {
 constexpr std::size_t affordable = 40;  // unknowns of a model whose regions are solved one by one
 constexpr std::size_t most_choices = 8;
 constexpr std::size_t most_reasons = 8;  // that an error lists
-
-/// Regions that time and parameters exclude already.
-bool excluded(const Region& region, const StartRequest& request, const Model& m) {
-  for (Expr margin : region.margins) {
-    std::unordered_map<Expr, double> values{{time_symbol(), request.t}};
-    for (const auto& list : {m.values, request.parameters})
-      for (const auto& [p, value] : list) values[p] = pendula::evaluate({&value, 1}, {})[0];
-    const auto inside = leaves({&margin, 1});
-    const bool known =
-        std::all_of(inside.begin(), inside.end(), [&](Expr leaf) { return values.count(leaf) > 0; });
-    if (known && pendula::evaluate({&margin, 1}, values)[0] < 0) return true;
-  }
-  return false;
-}
 
 }  // namespace
 
@@ -43,15 +29,17 @@ ConsistentStatePtr start_in_region(const ModelPtr& model, const StartRequest& re
     return nullptr;
   if (!regimes_differ(*model)) return nullptr;
   Regimes regimes(model);
-  if (regimes.choices() > most_choices) return nullptr;
+  const Choices::Decided known = regimes.decided(request);
+  if (regimes.choices() - static_cast<std::size_t>(std::popcount(known.choices)) > most_choices)
+    return nullptr;
   std::string why;
   std::size_t reasons = 0;
   const auto refused = [&](const Regime& regime, const std::string& reason) {
     if (++reasons <= most_reasons) why += text("\n  where ", regime.region.where, ": ", reason);
   };
   for (std::uint64_t choice = 0; choice < std::uint64_t{1} << regimes.choices(); ++choice) {
+    if (!known.allow(choice)) continue;
     const Regime& regime = regimes.regime(choice);
-    if (excluded(regime.region, request, *model)) continue;
     if (!regime.model) {
       refused(regime, "the equations are singular");
       continue;

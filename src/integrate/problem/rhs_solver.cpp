@@ -232,7 +232,7 @@ std::string RhsSolver::reason() const {
     case Trouble::none:
       return "";
     case Trouble::singular:
-      return "the equations do not determine x′ and z there";
+      return open_equations;
     case Trouble::diverged:
       return "x′ and z could not be computed there: Newton did not converge";
     case Trouble::far:

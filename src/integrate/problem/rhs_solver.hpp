@@ -14,6 +14,9 @@ namespace pendula::integrate {
 /// requires  index 0 or 1 in these unknowns: ∂F/∂(x′, z) regular
 class RhsSolver {
  public:
+  /// A reason() why there are no x′ and z.
+  static constexpr const char* open_equations = "the equations do not determine x′ and z there";
+
   RhsSolver(ProblemPtr problem, Stats& stats);
 
   /// xdot (n) and z (m) in: starting values, out: the solution on their branch. False where F is not finite,

@@ -46,7 +46,8 @@ class AdaptiveRun {
         domain_(*state_.problem, state_.plan.guards, state_.plan.tolerances, state_.plan.check_singularities),
         peaks_(*state_.problem, state_.plan.tolerances, state_.problem->is_ode()),
         standstill_(*state_.problem, state_.plan.tolerances, state_.plan.events.list),
-        rounding_(*state_.problem, state_.plan.tolerances, state_.plan.variable_index) {}
+        rounding_(*state_.problem, state_.plan.tolerances, state_.plan.variable_index),
+        is_explicit_(method.family && method.family->is_explicit) {}
 
   std::shared_ptr<Solution> solution() { return state_.solution; }
 
@@ -57,7 +58,9 @@ class AdaptiveRun {
       method_.start(point);
       modes_.begin(point, {});
     } catch (const Failure& failure) {
-      throw Failure(text("at the start, t = ", rounded(point.t, 6), ": ", failure.what()));
+      const bool open = is_explicit_ && failure.what() == std::string(RhsSolver::open_equations);
+      throw Failure(text("at the start, t = ", rounded(point.t, 6), ": ", failure.what(),
+                         open ? ", which an explicit method needs; take method = \"radau\" or \"bdf\"" : ""));
     }
     first_ = stepper().here();
     state_.history->begin(first_);
@@ -119,6 +122,7 @@ class AdaptiveRun {
     state_.view_step();
     if (modes_.has_missed_excursion() && events_.repeated_shorter()) return restart_monitors();
     if (events_.after_step(outcome)) return restart_monitors();
+    if (plan().modes > 0) modes_.require_way_on(stepper().before());
     state_.keep(stepper().here(), false);
     standstill_.after(stepper().here(), plan().to - stepper().here().t);
     if (!stepper().is_explicit() && rounding_.wants(state_.stats().steps))
@@ -275,7 +279,8 @@ class AdaptiveRun {
   Standstill standstill_;
   RoundingWatch rounding_;
   StallDetector stall_;
-  bool ended_ = false;  ///< by an event at the start
+  const bool is_explicit_;  ///< the method that was asked for
+  bool ended_ = false;      ///< by an event at the start
   Point first_;
   std::vector<double> sizes_;  ///< of the monitored inputs: the largest so far
   int since_progress_ = 0;

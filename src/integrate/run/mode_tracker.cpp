@@ -32,6 +32,8 @@ Failure ModeTracker::chattering(const Event& surface) {
 
 void ModeTracker::begin(const Point& point, const Crossings& crossed) {
   if (point.t >= state_.end) state_.aim(point.t);
+  begun_ = crossed;
+  begun_at_ = point.t;
   const double first = on_unfrozen_border(point, crossed) ? step_beside_root(point) : 0;
   if (first > 0) state_.stepper().suggest(first);
   if (state_.plan.modes == 0 && weights_.empty()) {
@@ -212,6 +214,24 @@ bool ModeTracker::differ() const {
       if (mode.value(side) != modes_[mode.number]) return true;
   }
   return false;
+}
+
+void ModeTracker::require_way_on(const Point& before) {
+  if (before.t != begun_at_) return;
+  for (const auto& crossing : begun_) {
+    const int which = crossing.which, side = crossing.rising ? 1 : -1;
+    const Event& event = events()[which];
+    const auto in_force = [&](const Mode& mode) { return modes_[mode.number] == mode.value(side); };
+    if (!is_continuous({crossing}) || event.modes.empty() || !is_frozen(static_cast<std::size_t>(which)))
+      continue;
+    if (state_.finder.side(which) != -side || !std::all_of(event.modes.begin(), event.modes.end(), in_force))
+      continue;
+    if (side_ahead(which, before) != -side) continue;
+    state_.reached = before.t;
+    throw Failure(text(to_text(event.when),
+                       " = 0 there, and the solutions of the equations on both sides of this ",
+                       "border lead to the other side: no solution goes on"));
+  }
 }
 
 // ── integrating through ──

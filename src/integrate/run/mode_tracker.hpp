@@ -41,6 +41,9 @@ class ModeTracker {
   void begin(const Point& point, const Crossings& crossed);
   /// After a step without events: a crossing was missed, or the solution has left a surface it was on.
   bool differ() const;
+  /// After a first step: throws Failure where it has come back to the side of a border that it had begun to leave, with the
+  /// branch of the other side: the solution on neither side goes on.
+  void require_way_on(const Point& before);
   /// Whether the step in state.view was on the other side of a thawed border and came back.
   bool has_missed_excursion() { return excursions_.in_last_step(); }
   /// Counts the crossings; thaws borders that are crossed too often. The run must begin again afterwards.
@@ -107,7 +110,9 @@ class ModeTracker {
   struct {
     long steps = 0, patience = 100;
     double t = 0;
-  } creeping_;          ///< where it was looked for last
+  } creeping_;       ///< where it was looked for last
+  Crossings begun_;  ///< where the run has begun anew last
+  double begun_at_ = 0;
   long crossings_ = 0;  ///< of borders that can be thawed, at different times
   std::unique_ptr<RhsSolver> derivative_;
 };

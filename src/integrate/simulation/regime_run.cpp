@@ -5,6 +5,7 @@
 
 #include "base/text.hpp"
 #include "dae/model/lineage.hpp"
+#include "dae/start/regime_jump.hpp"
 #include "dae/start/regimes.hpp"
 #include "integrate/event/zeno_detector.hpp"
 #include "integrate/simulation/problem_setup.hpp"
@@ -30,12 +31,19 @@ class RegimeRun {
       for (Expr leaf : list)
         if (const auto value = simulation_.start->value_for(*model_, leaf)) values_[leaf] = *value;
     auto next = regimes_.enter(request(), regimes_.active(simulation_.start->values), {}, why, {});
-    if (!next)
-      throw Error(text("at the start, t = ", rounded(t_, 6),
-                       ", no regime of this piecewise model goes on from ", "these values.", why));
+    if (!next) throw none_goes_on(why);
     RunOutcome outcome;
     for (long k = 0; next; ++k) {
       outcome = piece(*next);
+      if (strays_) {  // from here on another regime holds
+        next = was_here_ ? std::nullopt
+                         : regimes_.enter(request(), next->regime->choice, next->regime->choice, why, {});
+        if (!next && whole_.pieces().empty()) throw none_goes_on(why);
+        if (!next) outcome = stopped_at(t_, "no regime of this piecewise model goes on from here." + why);
+        was_here_ = true;
+        continue;
+      }
+      was_here_ = false;
       const bool stuck = outcome.ending == Ending::stopped;  // where events accumulate, for example
       if ((!left_ && !stuck) || k == most_regimes) break;
       why.clear();
@@ -52,6 +60,11 @@ class RegimeRun {
   }
 
  private:
+  Error none_goes_on(const std::string& why) const {
+    return Error(text("at the start, t = ", rounded(t_, 6),
+                      ", no regime of this piecewise model goes on from ", "these values.", why));
+  }
+
   /// Integrates in one regime; left_: it ended where the regime does.
   RunOutcome piece(const dae::RegimeStart& start) {
     const dae::Regime& regime = *start.regime;
@@ -67,10 +80,12 @@ class RegimeRun {
       part.events.push_back(std::move(end));
     }
     part.start = translated(start.at, regime.form);
-    if (const std::string where = text(regime.region.where, " (index ", regime.index, ")"); where != regime_)
-      whole_.solution().add_regime({t_, regime_ = where});
     const TrajectoryPtr trajectory = simulate(regime.form, part);
     const SolutionPtr solution(trajectory, &trajectory->solution());
+    strays_ = is_left_unseen(*solution, start);
+    if (strays_) return solution->outcome();
+    if (const std::string where = text(regime.region.where, " (index ", regime.index, ")"); where != regime_)
+      whole_.solution().add_regime({t_, regime_ = where});
     const std::vector<EventRecord>& events = solution->events();
     left_ = solution->ending() == Ending::event && !events.empty() &&
             std::any_of(events.begin(), events.end(), [&](const EventRecord& e) {
@@ -83,6 +98,26 @@ class RegimeRun {
     const Point end = whole_.pieces().translated(solution->final());
     remember(end);
     return solution->outcome();
+  }
+
+  /// A margin that is 0 where the piece begins, with all derivatives that are known there, is negative behind: what
+  /// begins on a root is no crossing.
+  bool is_left_unseen(const Solution& solution, const dae::RegimeStart& start) const {
+    constexpr double visible = 100;  // tolerances of the run
+    for (Expr undecided : start.undecided) {
+      const Expr margin = dae::resolve(*start.regime->form, undecided);
+      Eigen::Index at = 0;
+      if (!(solution.values({&margin, 1}).col(0).minCoeff(&at) < 0)) continue;
+      const Point& point = solution.point(static_cast<int>(at));
+      dae::PointValues values = start.at->values;
+      values[time_symbol()] = point.t;
+      const std::vector<Expr> inside = leaves({&margin, 1});
+      const Vec there = solution.values(inside, point);
+      for (std::size_t k = 0; k < inside.size(); ++k) values[inside[k]] = there[static_cast<Eigen::Index>(k)];
+      const double size = dae::size_of(margin, values, {values});
+      if (dae::value_at(margin, values) < -visible * tolerance().rtol * size) return true;
+    }
+    return false;
   }
 
   /// May an event carry it across 0?
@@ -168,6 +203,7 @@ class RegimeRun {
   double t_;
   std::string regime_;
   bool left_ = false;
+  bool strays_ = false, was_here_ = false;  ///< the last piece was in a wrong regime; the one before, too
   ZenoDetector zeno_;
 };
 

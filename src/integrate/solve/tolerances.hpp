@@ -33,7 +33,7 @@ class ErrorSum {
   double norm(int count) const { return norm(sum_, largest_, count); }
   /// From the sum and the largest of the squares.
   static double norm(double sum, double largest, int count) {
-    const double mean = sum / count, floor = largest * (1.0 / 9);
+    const double mean = sum / std::max(count, 1), floor = largest * (1.0 / 9);
     return std::sqrt(mean > floor || mean != mean ? mean : floor);
   }
 

@@ -214,7 +214,7 @@ double ExplicitStepper::error_norm() {
   if (coded_) {
     std::copy_n(end_.scaled, size, scaled_.data());
     const double share =
-        1.0 / size;  // a factor, which is what code for lanes makes of a division by a constant
+        1.0 / std::max(size, 1);  // a factor, which is what code for lanes makes of a division by a constant
     return combined(ErrorSum::norm(end_.sum * share, end_.largest, 1),
                     ErrorSum::norm(end_.second_sum * share, end_.second_largest, 1));
   }

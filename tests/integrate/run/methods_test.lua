@@ -62,3 +62,22 @@ for _, method in ipairs(methods) do
     expect(sol:final(x)):near(1, 4e-15 * size)
   end)
 end
+
+test("models without states are followed by every method", function()
+  local u, v, w = vars "u v w"
+  local sys = dae { der(u) ~ v, der(v) ~ w + u^2, 0 ~ u - sin(t) }
+  local low = sys:reduce "dummy"
+  expect(#low:integrate { to = 1 }.t > 1):is_true()
+  for _, method in ipairs { "auto", "dopri5", "tsit5", "dop853", "verner98", "rkc", "radau", "bdf", "rodas", "gauss" } do
+    local sol = low:integrate { start = {}, to = 3, method = method }
+    expect(method .. sol.status):equals(method .. "finished")
+    expect(sol(w, 3)):near(-math.sin(3) - math.sin(3)^2, 1e-6)
+  end
+end)
+
+test("an explicit method that needs x′ from equations that leave it open names others", function()
+  local sys = dae { der(x) + der(y) ~ -x, 0 ~ x - y - sin(t) }
+  expect(function() sys:integrate { start = { x = 1 }, to = 1, method = "dopri5" } end):fails
+    "which an explicit method needs; take method = \"radau\" or \"bdf\""
+  expect(sys:integrate{ start = { x = 1 }, to = 1, method = "radau" }.status):equals "finished"
+end)

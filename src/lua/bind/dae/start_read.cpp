@@ -300,6 +300,21 @@ int push_start(lua_State* L, const Options& options) {
   return index;
 }
 
+/// Where the rows of a form "array" do not determine a start, those of the model may.
+static dae::ConsistentStatePtr start_of_rows(const dae::StartRequest& request, const dae::ModelPtr& model) {
+  try {
+    return dae::init(model, request);
+  } catch (const UserFacing&) {
+    dae::ConsistentStatePtr at;
+    try {
+      at = dae::init(dae::original(model), request);
+    } catch (const UserFacing&) {
+    }
+    if (!at) throw;
+    return translated(at, model);
+  }
+}
+
 dae::ConsistentStatePtr read_start(lua_State* L, const Options& options, const dae::ModelPtr& model) {
   if (const std::vector<Expr> open = without_start(*model); !options.has("start") && !open.empty()) {
     if (const dae::ConsistentStatePtr only = only_start(L, options, dae::original(model)))
@@ -325,6 +340,7 @@ dae::ConsistentStatePtr read_start(lua_State* L, const Options& options, const d
   add_declared(request, *model);
   lua_pop(L, 1);
   if (model->form == "dummy") return translated(dae::init(dae::original(model), request), model);
+  if (model->form == "array") return start_of_rows(request, model);
   try {
     return dae::init(model, request);
   } catch (const Error& conflict) {
