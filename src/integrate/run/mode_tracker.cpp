@@ -154,18 +154,23 @@ RhsSolver& ModeTracker::derivative() {
   return *derivative_;
 }
 
-/// The side on which a solution goes on that is on a surface and does not leave it to first order: where x″
-/// takes it.
-double ModeTracker::side_ahead(int which, const Point& point) {
+/// The slope of a border behind a point, to a time that is a share of the run.
+double ModeTracker::slope_ahead(int which, const Point& point, double share) {
   RhsSolver& derivative = this->derivative();
   Point ahead = point;
   const auto solve = [&] { return derivative(ahead.t, ahead.x.data(), ahead.xdot.data(), ahead.z.data()); };
   if (!solve()) return 0;
-  const double dt = 1e-6 * state_.interval();
+  const double dt = share * state_.interval();
   ahead.t += dt;
   ahead.x += dt * ahead.xdot;
   if (!solve()) return 0;
-  const double slope = state_.finder.slope_between(which, point, ahead);
+  return state_.finder.slope_between(which, point, ahead);
+}
+
+/// The side on which a solution goes on that is on a surface and does not leave it to first order: where x″
+/// takes it.
+double ModeTracker::side_ahead(int which, const Point& point) {
+  const double slope = slope_ahead(which, point, 1e-6);
   return (slope > 0) - (slope < 0);
 }
 
@@ -216,6 +221,21 @@ bool ModeTracker::differ() const {
   return false;
 }
 
+/// Whether the solution with the branch of one side goes to the other one, at a speed that can be told from rounding.
+bool ModeTracker::leads_to(int which, const Point& point, int other, int side) {
+  const std::vector<double> in_force = modes_;
+  const auto use_modes = [&] {
+    state_.problem->set_modes(modes_);
+    state_.finder.set_modes(modes_);
+  };
+  for (const Mode& mode : events()[which].modes) modes_[mode.number] = mode.value(side);
+  use_modes();
+  const double slope = slope_ahead(which, point, 1e-6), farther = slope_ahead(which, point, 1e-5);
+  modes_ = in_force;
+  use_modes();
+  return slope * other > 0 && farther / slope > 0.5 && farther / slope < 2;
+}
+
 void ModeTracker::require_way_on(const Point& before) {
   if (before.t != begun_at_) return;
   for (const auto& crossing : begun_) {
@@ -226,7 +246,7 @@ void ModeTracker::require_way_on(const Point& before) {
       continue;
     if (state_.finder.side(which) != -side || !std::all_of(event.modes.begin(), event.modes.end(), in_force))
       continue;
-    if (side_ahead(which, before) != -side) continue;
+    if (!leads_to(which, before, -side, side) || !leads_to(which, before, side, -side)) continue;
     state_.reached = before.t;
     throw Failure(text(to_text(event.when),
                        " = 0 there, and the solutions of the equations on both sides of this ",

@@ -88,7 +88,9 @@ class ModeTracker {
   RhsSolver& derivative();
   bool on_unfrozen_border(const Point& point, const Crossings& crossed);
   double step_beside_root(const Point& point);
+  double slope_ahead(int which, const Point& point, double share);
   double side_ahead(int which, const Point& point);
+  bool leads_to(int which, const Point& point, int other, int side);
   bool thaw_one(int which, const Point& point);
   bool slide(int which, Point& point);
   bool is_near(const std::vector<int>& borders, const Point& point, const Point& there) const;

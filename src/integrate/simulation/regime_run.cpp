@@ -45,7 +45,8 @@ class RegimeRun {
       }
       was_here_ = false;
       const bool stuck = outcome.ending == Ending::stopped;  // where events accumulate, for example
-      if ((!left_ && !stuck) || k == most_regimes) break;
+      if (left_ && t_ >= simulation_.plan.to) outcome = {Ending::finished, ""};
+      if ((!left_ && !stuck) || outcome.ending == Ending::finished || k == most_regimes) break;
       why.clear();
       const std::uint64_t here = next->regime->choice;
       const double interval = simulation_.plan.to - simulation_.plan.from;

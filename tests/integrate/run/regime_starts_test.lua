@@ -71,7 +71,22 @@ test("borders that time decides are no regimes to search", function()
   local sys = dae { der(x) ~ i - load, 0 ~ min(i, x) }          -- a tank that runs dry
   local sol = sys:integrate { start = { x = exact - 30 }, to = 2, rtol = 1e-8 }
   expect(sol.status):equals "finished"
-  expect({ sol(x, 2), sol(i, 2) }):near({ 0, 56 }, 1e-6)
+  expect({ sol(x, 2), sol(i, 1.5), sol(i, 2) }):near({ 0, 61, 56 }, 1e-6)
   local contact = dae { der(x) ~ v, der(v) ~ i - load, 0 ~ min(i, x) }
   expect(contact:integrate{ start = { x = 0, v = 0 }, to = 1 }(i, 0.5)):near(72, 1e-9)
+end)
+
+test("a regime may end where the run does", function()
+  local ball = dae { der(x) ~ v, der(v) ~ la - 10, 0 ~ min(x, la) }
+  for _, method in ipairs(methods) do
+    for _, T in ipairs { 1, 1e-3 } do
+      local fall = ball:integrate { start = { x = 5*T^2, v = 0 }, to = T, method = method, rtol = 1e-8 }
+      expect(method .. fall.status):equals(method .. "finished")
+      expect(fall(x/T^2, T)):near(0, 1e-7)
+      local sys = dae { der(x) ~ i - 1, 0 ~ min(i, x + max(T - t, 0)) }   -- empty from T/2 on
+      local sol = sys:integrate { start = { x = 0 }, to = T, method = method, rtol = 1e-8 }
+      expect(method .. sol.status):equals(method .. "finished")
+      expect({ sol(x, T/2)/T, sol(x, T)/T, sol(i, 3*T/4) }):near({ -1/2, 0, 2 }, 1e-7)
+    end
+  end
 end)
