@@ -196,8 +196,10 @@ std::int64_t product(std::int64_t a, std::int64_t b) {
 
 std::int64_t power(std::int64_t base, std::int64_t exponent) {
   std::int64_t result = 1;
-  for (; exponent > 0; exponent /= 2, base = product(base, base))
+  for (; exponent > 0; exponent /= 2) {
     if (exponent % 2 == 1) result = product(result, base);
+    base = product(base, base);
+  }
   return result;
 }
 

@@ -339,11 +339,27 @@ std::optional<EventFinder::Hit> EventFinder::scan(Stepper& stepper, const StepVi
     if (auto hit = scan(stepper, step, a, middle, depth + 1)) return hit;
     return scan(stepper, step, middle, b, depth + 1);
   }
+  decide_zeros(stepper, step, a, b);
   auto hit = first_hit(stepper, step, a, b);
   if (hit) return hit;
   settle_zeros(a, b);
   if (b.exact) floor_ = b;
   return {};
+}
+
+/// A sample inside the step may be a root: it has the sign of g just after it, so that a root is there where this is another
+/// one than before. At the end of the step the next one shows it.
+void EventFinder::decide_zeros(Stepper& stepper, const StepView& step, const Sample& a, Sample& b) {
+  constexpr double ahead = 1.0 / 64;  // of the rest of the step
+  for (std::size_t i = 0; i < events_->size(); ++i) {
+    if (b.g[i] != 0 || a.g[i] == 0 || b.t >= step.to.t || stays_on_border(i, a, b)) continue;
+    make_exact(stepper, step, b);
+    if (b.g[i] != 0 && std::fabs(b.g[i]) != tiny) continue;
+    const double slope = b.slope[i];
+    const double after =
+        slope != 0 ? slope : value(stepper, step, static_cast<int>(i), b.t + ahead * (step.to.t - b.t));
+    b.g[i] = after == 0 ? a.g[i] : std::copysign(tiny, after);
+  }
 }
 
 bool EventFinder::changes(const Sample& a, const Sample& b) const {

@@ -148,6 +148,7 @@ class EventFinder {
   std::optional<Hit> scan(Stepper& stepper, const StepView& step, Sample& a, Sample& b, int depth);
   bool changes(const Sample& a, const Sample& b) const;
   void make_exact(Stepper& stepper, const StepView& step, Sample& at);
+  void decide_zeros(Stepper& stepper, const StepView& step, const Sample& a, Sample& b);
   void settle_zeros(const Sample& a, Sample& b) const;
   std::optional<Root> root_between(Stepper& stepper, const StepView& step, int which, const Sample& a,
                                    const Sample& b);

@@ -14,7 +14,8 @@ test("a run ends where two branches of z end in a kink", function()
       for _, method in ipairs(methods) do
         for _, rtol in ipairs { 1e-3, 1e-8 } do
           local sol = fold[1]:integrate { start = at, to = 2, method = method, rtol = rtol }
-          expect(k .. method .. sol.status):matches "stopped at t = 1: .* = 0 there, and the solutions .* both sides"
+          expect(k .. method .. sol.status):matches
+            "stopped at t = 1: .* = 0 there, and the solutions .* both sides"
           expect(sol.t[#sol.t]):near(1, 1e-9)
         end
       end

@@ -228,3 +228,25 @@ test("any and all of conditions are events where they begin or end", function()
     :fails "x - 0.1 in any is no condition: write lt(a, b)"
   expect(function() times(any(lt(x, 1), all(x, true))) end):fails "in all is no condition"
 end)
+
+-- Steps are looked at in quarters: those of the first one are binary fractions here.
+test("a root that lies exactly where a step is looked at", function()
+  local x, y = vars "x y"
+  local sys = dae { der(x) ~ 1, y ~ 2*x }
+  for _, T in ipairs { 1, 2^-20, 2^20 } do
+    for k = 1, 7 do
+      local r = k*T/16
+      for _, method in ipairs { "auto", "dopri5", "radau", "bdf", "rodas" } do
+        for name, when in pairs { falling = r - x, cubic = (x/T - k/16)^3, time = t - r, algebraic = y - 2*r } do
+          local sol = sys:integrate { start = { x = 0 }, to = 2*T, dt0 = T/2, method = method,
+            events = { { when = when, action = "stop" } } }
+          expect(name .. method .. sol.status):equals(name .. method .. "event")
+          expect(sol.t[#sol.t]/T):near(k/16, name == "cubic" and 1e-5 or 1e-12)
+        end
+        local touched = sys:integrate { start = { x = 0 }, to = 2*T, dt0 = T/2, method = method,
+          events = { { when = (x - r)^2, action = "stop" } } }
+        expect(touched.status):equals "finished"
+      end
+    end
+  end
+end)

@@ -68,7 +68,8 @@ test("models without states are followed by every method", function()
   local sys = dae { der(u) ~ v, der(v) ~ w + u^2, 0 ~ u - sin(t) }
   local low = sys:reduce "dummy"
   expect(#low:integrate { to = 1 }.t > 1):is_true()
-  for _, method in ipairs { "auto", "dopri5", "tsit5", "dop853", "verner98", "rkc", "radau", "bdf", "rodas", "gauss" } do
+  for _, method in ipairs { "auto", "dopri5", "tsit5", "dop853", "verner98", "rkc", "radau", "bdf", "rodas",
+    "gauss" } do
     local sol = low:integrate { start = {}, to = 3, method = method }
     expect(method .. sol.status):equals(method .. "finished")
     expect(sol(w, 3)):near(-math.sin(3) - math.sin(3)^2, 1e-6)
