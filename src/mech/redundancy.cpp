@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/points/implied_constraints.hpp"
@@ -46,6 +47,7 @@ class Dependence {
   std::optional<VecX> combination(const std::vector<int>& rows) const {
     std::vector<Expr> factors{Expr(1)};
     if (rows.size() > 1) {
+      if (!may_be_constant(rows)) return {};
       const auto u = dae::null_vector_of(dCdq_, rows, columns_);
       if (!u) return {};
       factors = dae::scaled(*u, rows.size() - 1).u;
@@ -62,6 +64,34 @@ class Dependence {
   }
 
  private:
+  /// Is λ, 1 at the last of these rows, the same at two positions? Symbols of λ may be long where it is not: 10 distances
+  /// of 5 points in space. Yes where numbers say nothing.
+  bool may_be_constant(const std::vector<int>& rows) const {
+    constexpr double equal = 1e-6;
+    std::vector<Expr> slopes;
+    for (const Entry& e : dCdq_) slopes.push_back(e.value);
+    auto point = dae::random_point(slopes, 0);
+    const Vec first = combination_at(rows, slopes, point), scale = first.cwiseAbs().cwiseMax(1);
+    for (const auto& [leaf, value] : dae::random_point(slopes, 1))
+      if (symbol_of(leaf).kind != Kind::parameter) point[leaf] = value;
+    const Vec second = combination_at(rows, slopes, point);
+    return !first.allFinite() || !second.allFinite() ||
+           (first - second).cwiseQuotient(scale).lpNorm<Eigen::Infinity>() < equal;
+  }
+
+  Vec combination_at(const std::vector<int>& rows, const std::vector<Expr>& slopes,
+                     const std::unordered_map<Expr, double>& point) const {
+    const std::vector<double> values = evaluate(slopes, point);
+    Mat J = Mat::Zero(C_.size(), columns_);
+    for (std::size_t k = 0; k < values.size(); ++k) J(dCdq_[k].row, dCdq_[k].column) = values[k];
+    if (!J.allFinite()) return Vec::Constant(static_cast<Index>(rows.size()), NAN);
+    const Mat others = J(std::vector<int>(rows.begin(), rows.end() - 1), Eigen::all).transpose();
+    Vec lambda = Vec::Ones(static_cast<Index>(rows.size()));
+    lambda.head(others.cols()) =
+        others.completeOrthogonalDecomposition().solve(Vec(-J.row(rows.back()).transpose()));
+    return lambda;
+  }
+
   const VecX& C_;
   const std::vector<Entry>& dCdq_;
   int columns_;
