@@ -293,7 +293,7 @@ Replacement replacement(const ArrayAt& a, const ArraySelection& s, const Model& 
     const std::string name = fresh_name(used, symbol.name + "_" + dots, symbol.name + "_" + dots + "_");
     used.insert(name);
     const Expr made = pendula::symbol(Kind::variable, name);
-    r.by[leaf] = printed_as_derivative ? declared_for(leaf, made) : newly_declared({made})[0];
+    r.by[leaf] = printed_as_derivative ? declared_for(leaf, made) : newly_declared_by_form(made);
     r.made.push_back(r.by[leaf]);
   };
   for (Index j : s.dependent) introduce(derivative_leaf(a.columns[j]));

@@ -144,7 +144,7 @@ Substitution stand_ins(const Model& m, const DummySelection& selection, std::vec
     name += symbol.order > 3 ? text("d", symbol.order, "ot") : "dot";
     name = fresh_name(used, name, name + "_");
     used.insert(name);
-    s[leaf] = newly_declared({pendula::symbol(Kind::variable, name)})[0];
+    s[leaf] = newly_declared_by_form(pendula::symbol(Kind::variable, name));
     made.push_back(s[leaf]);
   }
   return s;

@@ -14,7 +14,7 @@ namespace {
 /// params "a d" a known a stands before a new d.
 struct Declared {
   std::uint64_t first, latest;
-  bool only_made;
+  bool only_made, by_user = false;
 };
 
 struct Declarations {
@@ -51,23 +51,28 @@ void newly_made(Expr symbol) {
   d.places.try_emplace(symbol, Declared{d.count, d.count, true});
 }
 
-std::vector<Expr> newly_declared(std::vector<Expr> symbols) {
+static std::vector<Expr> declared(std::vector<Expr> symbols, bool by_user) {
   Declarations& d = declarations();
   for (Expr leaf : symbols) {
     Declared& place = d.places.at(leaf);
+    const bool is_new = place.only_made || place.first <= d.session_begin;
     place.latest = ++d.count;
-    if (place.only_made || place.first <= d.session_begin) place.first = d.count;
+    if (is_new) place.first = d.count;
+    place.by_user = by_user || (place.by_user && !is_new);
     place.only_made = false;
     d.derivatives.erase(leaf);
   }
   return symbols;
 }
 
+std::vector<Expr> newly_declared(std::vector<Expr> symbols) { return declared(std::move(symbols), true); }
+
+Expr newly_declared_by_form(Expr unknown) { return declared({unknown}, false)[0]; }
+
 Expr declared_for(Expr derivative, Expr unknown) {
   Declarations& d = declarations();
-  const bool free = place_of(unknown).only_made || d.derivatives.count(unknown) != 0;
-  newly_declared({unknown});
-  if (free) d.derivatives[unknown] = derivative;
+  newly_declared_by_form(unknown);
+  if (!place_of(unknown).by_user) d.derivatives[unknown] = derivative;
   return unknown;
 }
 

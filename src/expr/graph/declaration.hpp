@@ -19,6 +19,8 @@ namespace pendula {
 void newly_made(Expr symbol);
 /// The symbols, declared in this order; returns them.
 std::vector<Expr> newly_declared(std::vector<Expr> symbols);
+/// A derivative that a form made an unknown, under a name like x_dot: the user may have declared one of that name, too.
+Expr newly_declared_by_form(Expr unknown);
 /// An unknown that takes the place of a derivative: it is printed like the derivative it stands for, unless the
 /// user declared a symbol of its name.
 Expr declared_for(Expr derivative, Expr unknown);
