@@ -4,6 +4,7 @@
 #include <cmath>
 #include <ctime>
 #include <limits>
+#include <optional>
 
 #if defined(__SSE__)
 #include <xmmintrin.h>
@@ -188,7 +189,30 @@ class AdaptiveRun {
     StepHistory& history = *state_.history;
     state_.reached = history.has_forgotten() ? stop.known : history.cut(stop.t);
     state_.solution->cut(state_.reached);
+    state_.writer.rewind(state_.reached);
     outcome = stopped_at(stop, 6);
+    if (state_.reached == stepper().before().t) come_closer(stop.t);
+  }
+
+  /// Most of the way to where the run stops from the last point before it: there a step may have passed over it that was a
+  /// good part of the run.
+  void come_closer(double t) {
+    constexpr double rest = 1e-3;  // of the way: behind that, equations that become singular multiply errors
+    constexpr int most_steps = 100;
+    const Point from = stepper().before();
+    const double end = t - rest * (t - from.t);
+    if (!(end > from.t)) return;
+    stop_point_ = point_near(t);
+    state_.end = end;
+    try {
+      stepper().start(from, end);
+      for (int k = 0; k < most_steps && state_.reached < end; ++k) {
+        method_.step();
+        state_.view_step();
+        state_.keep(stepper().here(), false);
+      }
+    } catch (const Failure&) {  // near enough
+    }
   }
 
   /// A step across a pole is taken back; shorter ones come closer, until the run ends before it.
@@ -245,6 +269,7 @@ class AdaptiveRun {
 
   /// The solution at the time at which the run stops, or the last steps continued to it.
   Point point_near(double t) {
+    if (stop_point_) return *stop_point_;
     try {
       return state_.solution->at(t);
     } catch (const UserFacing&) {  // the run did not come so far
@@ -282,7 +307,8 @@ class AdaptiveRun {
   const bool is_explicit_;  ///< the method that was asked for
   bool ended_ = false;      ///< by an event at the start
   Point first_;
-  std::vector<double> sizes_;  ///< of the monitored inputs: the largest so far
+  std::optional<Point> stop_point_;  ///< where the run has stopped, by the step that passed it
+  std::vector<double> sizes_;        ///< of the monitored inputs: the largest so far
   int since_progress_ = 0;
 };
 

@@ -24,6 +24,11 @@ class OutputWriter {
     if (wants(point.t)) save(point);
   }
 
+  /// What was saved behind t is taken back.
+  void rewind(double t) {
+    while (times_ && next_ > 0 && (*times_)[next_ - 1] > t + rounding_) --next_;
+  }
+
   /// Is there a requested time up to t that has no point yet?
   bool wants(double t) const { return times_ && next_ < times_->size() && (*times_)[next_] <= t + rounding_; }
 
