@@ -36,6 +36,32 @@ FlushDenormals::~FlushDenormals() = default;
 
 namespace {
 
+/// Most of the way from the last point that is kept to where the run stops: a step may have passed over it that was a good
+/// part of the run.
+void come_closer(AdaptiveState& state, MethodSelector& method, double t) {
+  constexpr double rest = 1e-3;  // of the way: behind that, equations that become singular multiply errors
+  constexpr int most_steps = 100;
+  const Point from = state.stepper().before();
+  const double end = t - rest * (t - from.t);
+  if (!(end > from.t)) return;
+  state.end = end;
+  try {
+    state.stepper().start(from, end);
+    for (int k = 0; k < most_steps && state.reached < end; ++k) {
+      method.step();
+      state.view_step();
+      state.keep(state.stepper().here(), false);
+    }
+  } catch (const Failure&) {  // near enough
+  }
+}
+
+/// Does a reason say that something vanishes, as those of guards do?
+bool names_factor(const std::string& reason) {
+  return reason.find(" = 0 there, and ") != std::string::npos ||
+         reason.find(" almost 0 there; ") != std::string::npos;
+}
+
 class AdaptiveRun {
  public:
   AdaptiveRun(ProblemPtr problem, const Method& method, const Plan& plan)
@@ -191,28 +217,9 @@ class AdaptiveRun {
     state_.solution->cut(state_.reached);
     state_.writer.rewind(state_.reached);
     outcome = stopped_at(stop, 6);
-    if (state_.reached == stepper().before().t) come_closer(stop.t);
-  }
-
-  /// Most of the way to where the run stops from the last point before it: there a step may have passed over it that was a
-  /// good part of the run.
-  void come_closer(double t) {
-    constexpr double rest = 1e-3;  // of the way: behind that, equations that become singular multiply errors
-    constexpr int most_steps = 100;
-    const Point from = stepper().before();
-    const double end = t - rest * (t - from.t);
-    if (!(end > from.t)) return;
-    stop_point_ = point_near(t);
-    state_.end = end;
-    try {
-      stepper().start(from, end);
-      for (int k = 0; k < most_steps && state_.reached < end; ++k) {
-        method_.step();
-        state_.view_step();
-        state_.keep(stepper().here(), false);
-      }
-    } catch (const Failure&) {  // near enough
-    }
+    if (state_.reached != stepper().before().t) return;
+    stop_point_ = point_near(stop.t);
+    come_closer(state_, method_, stop.t);
   }
 
   /// A step across a pole is taken back; shorter ones come closer, until the run ends before it.
@@ -259,12 +266,6 @@ class AdaptiveRun {
     stepper().suggest(stepper().next_dt());
     events_.begin_again(here, {});
     stepper().suggest(0);
-  }
-
-  /// Does a reason say that something vanishes, as those of guards do?
-  static bool names_factor(const std::string& reason) {
-    return reason.find(" = 0 there, and ") != std::string::npos ||
-           reason.find(" almost 0 there; ") != std::string::npos;
   }
 
   /// The solution at the time at which the run stops, or the last steps continued to it.

@@ -237,7 +237,8 @@ test("a root that lies exactly where a step is looked at", function()
     for k = 1, 7 do
       local r = k*T/16
       for _, method in ipairs { "auto", "dopri5", "radau", "bdf", "rodas" } do
-        for name, when in pairs { falling = r - x, cubic = (x/T - k/16)^3, time = t - r, algebraic = y - 2*r } do
+        local roots = { falling = r - x, cubic = (x/T - k/16)^3, time = t - r, algebraic = y - 2*r }
+        for name, when in pairs(roots) do
           local sol = sys:integrate { start = { x = 0 }, to = 2*T, dt0 = T/2, method = method,
             events = { { when = when, action = "stop" } } }
           expect(name .. method .. sol.status):equals(name .. method .. "event")
