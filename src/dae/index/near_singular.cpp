@@ -54,7 +54,7 @@ class SizesWithout {
  public:
   explicit SizesWithout(const std::vector<Expr>& residuals) : values_(random_point(residuals, 0)) {
     std::vector<Expr> unknowns;
-    for (const auto& [leaf, value] : values_)
+    for (Expr leaf : leaves(residuals))  // not in the order of the map, which depends on the session
       if (symbol_of(leaf).kind == Kind::variable) unknowns.push_back(leaf);
     const Magnitudes m = magnitudes(residuals, residuals.size(), unknowns, {}, {});
     rows_ = m.rows;

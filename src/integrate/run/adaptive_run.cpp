@@ -37,7 +37,7 @@ FlushDenormals::~FlushDenormals() = default;
 namespace {
 
 /// Most of the way from the last point that is kept to where the run stops: a step may have passed over it that was a good
-/// part of the run.
+/// part of the run. No event lies on it: those of that step have been looked for.
 void come_closer(AdaptiveState& state, MethodSelector& method, double t) {
   constexpr double rest = 1e-3;  // of the way: behind that, equations that become singular multiply errors
   constexpr int most_steps = 100;

@@ -74,8 +74,9 @@ class SolutionInParts {
   /// The plan's stop_when of a part: `own`, or what the caller's plan asks for, in whose unknowns points are translated.
   std::function<bool(const Point&)> stop_when(const dae::ModelPtr& part,
                                               std::function<bool(const Point&)> own);
-  /// Does a part that starts there go on where the last one has ended? Rows that are nearly dependent may have another
-  /// solution nearby.
+  /// Does a part that starts there go on where the last one has ended, in the states of the first model? Rows that are
+  /// nearly dependent may have another solution nearby. True where there is no part yet. A state may differ by a
+  /// hundredth of itself and a million tolerances, at most a hundredth of the usual size that these suppose.
   bool continues_at(const dae::ConsistentState& start) const;
   /// Has the caller's plan ended the last part?
   bool is_stopped() const { return stopped_; }
