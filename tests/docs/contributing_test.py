@@ -229,7 +229,8 @@ def compile_in(scratch, commands, file, like=None, target=None):
     words = [os.path.join(scratch, file) if word in (original, original.replace(ROOT + "/src", scratch + "/src"))
              else word for word in words]
     words[words.index("-o") + 1] = target or "/dev/null"
-    quick = [] if "-include-pch" in words else ["-O0"]  # clang's precompiled headers keep their level
+    # Precompiled headers keep their level; where only the syntax is read nothing is optimised.
+    quick = ["-O0"] if target and "-include-pch" not in words else []
     run(words + quick + ([] if target else ["-fsyntax-only"]))
 
 

@@ -228,13 +228,13 @@ TEST_CASE("print: LaTeX") {
 TEST_CASE("print: long sums are written, deep and exponential expressions are elided with their size") {
   const Expr x = var("x");
   Expr sum = x;
-  for (int i = 0; i < 100'000; ++i) sum = sum + var("w" + std::to_string(i));
+  for (int i = 0; i < 30'000; ++i) sum = sum + var("w" + std::to_string(i));
   const std::string text = show(sum);
   CHECK(text.starts_with("x + w₀ + w₁ + w₂"));
-  CHECK(text.find("w₉₉₉₉₉") != std::string::npos);
+  CHECK(text.find("w₂₉₉₉₉") != std::string::npos);
 
   Expr deep = x;
-  for (int i = 0; i < 300'000; ++i) deep = sin(deep) + 1;
+  for (int i = 0; i < 100'000; ++i) deep = sin(deep) + 1;
   CHECK(show(deep).find("operations⟩") != std::string::npos);
   Expr wide = x;
   for (int i = 0; i < 300; ++i) wide = sin(wide) * wide + wide;  // a tree of 3^300 nodes
@@ -242,7 +242,7 @@ TEST_CASE("print: long sums are written, deep and exponential expressions are el
   CHECK(elided.find("operations⟩") != std::string::npos);
   CHECK(elided.size() < 20'000);
   Expr cancelled = x;
-  for (int i = 1; i < 200'000; ++i) cancelled = cancelled + Expr(i % 2 ? 1 : -1) * x;
+  for (int i = 1; i < 60'000; ++i) cancelled = cancelled + Expr(i % 2 ? 1 : -1) * x;
   CHECK(show(cancelled) == "2 x");
 }
 

@@ -1,13 +1,16 @@
 -- Constraints that follow from others where all hold, with factors that contain coordinates: by lagrange and
 -- by hand.
+local taken = dofile "tests/part_of.lua"(3)
 local forms = { "acc", "ggl", "baumgarte", "project", "dummy", "ode", "array" }
 
 local function every_form(sys, start, to, watched, wanted, tol)
   for _, form in ipairs(forms) do
-    local low = sys:reduce(form, form == "array" and { at = start } or nil)
-    local sol = low:integrate { start = start, to = to, rtol = 1e-9, atol = 1e-12 }
-    expect(form .. " " .. sol.status):equals(form .. " finished")
-    expect(sol(watched, to)):near(wanted, tol)
+    if taken() then
+      local low = sys:reduce(form, form == "array" and { at = start } or nil)
+      local sol = low:integrate { start = start, to = to, rtol = 1e-9, atol = 1e-12 }
+      expect(form .. " " .. sol.status):equals(form .. " finished")
+      expect(sol(watched, to)):near(wanted, tol)
+    end
   end
 end
 

@@ -23,6 +23,7 @@ local function linkage(unit, points, bars)
   return lagrange { q = q, T = T, V = V, C = C }, start, { C = C, E = T + V, at = at }
 end
 
+local taken = dofile "tests/part_of.lua"(3)
 local forms = { "acc", "project", "ggl", "dummy", "array" }
 
 -- Bars keep their lengths and the energy its value; `straight` at each end of the motion.
@@ -30,12 +31,14 @@ local function moves(sys, guess, parts, unit, straight)
   local start = sys:init { guess = guess }
   for where, wanted in pairs(guess) do expect(start(where)):near(wanted, 1e-9*unit) end
   for _, form in ipairs(forms) do
-    local sol = sys:reduce(form, form == "array" and { at = start } or nil)
-      :integrate { start = start, to = 0.4, rtol = 1e-8, atol = 1e-10*unit }
-    expect(form .. " " .. sol.status):equals(form .. " finished")
-    for _, c in ipairs(parts.C) do expect(sol(c, 0.4)):near(0, 1e-7*unit^2) end
-    expect(sol(parts.E, 0.4)):near(sol(parts.E, 0), 1e-6*unit^2)
-    straight(sol)
+    if taken() then
+      local sol = sys:reduce(form, form == "array" and { at = start } or nil)
+        :integrate { start = start, to = 0.4, rtol = 1e-8, atol = 1e-10*unit }
+      expect(form .. " " .. sol.status):equals(form .. " finished")
+      for _, c in ipairs(parts.C) do expect(sol(c, 0.4)):near(0, 1e-7*unit^2) end
+      expect(sol(parts.E, 0.4)):near(sol(parts.E, 0), 1e-6*unit^2)
+      straight(sol)
+    end
   end
 end
 

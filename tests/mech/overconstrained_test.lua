@@ -1,5 +1,6 @@
 -- Overconstrained mechanisms of the textbooks: more constraints than the motion leaves, by lagrange alone.
 -- Each against the same motion in one coordinate or two.
+local taken = dofile "tests/part_of.lua"(3)
 local forms = { "acc", "baumgarte", "project", "ode" }
 local pi = math.pi
 
@@ -8,9 +9,11 @@ local function check(sys, start, to, watched, wanted, more)
   expect(sys:dof()):equals(2)
   expect(tostring(sys)):matches "z of least norm"
   for _, form in ipairs(more or forms) do
-    local sol = sys:reduce(form):integrate { start = start, to = to, rtol = 1e-9, atol = 1e-11 }
-    expect(form .. " " .. sol.status):equals(form .. " finished")
-    expect(sol(watched, to)):near(wanted, 1e-7)
+    if taken() then
+      local sol = sys:reduce(form):integrate { start = start, to = to, rtol = 1e-9, atol = 1e-11 }
+      expect(form .. " " .. sol.status):equals(form .. " finished")
+      expect(sol(watched, to)):near(wanted, 1e-7)
+    end
   end
 end
 

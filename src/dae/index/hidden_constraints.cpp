@@ -53,7 +53,20 @@ class Elimination {
     int equation, derivative;
     std::vector<std::string> with;  ///< labels of the rows that were put in
     bool done = false;
+    std::optional<std::vector<std::pair<Expr, Expr>>> slopes = {};  ///< unset: not asked for yet
   };
+
+  /// What a row may be solved for, and its derivative by that.
+  const std::vector<std::pair<Expr, Expr>>& slopes(Row& r) const {
+    if (r.slopes) return *r.slopes;
+    r.slopes.emplace();
+    if (!is_short(r.e, longest_row)) return *r.slopes;
+    const auto unknowns = eliminated_in(r.e);
+    const auto derivatives = gradient(r.e, unknowns);
+    for (std::size_t k = 0; k < unknowns.size(); ++k)
+      r.slopes->emplace_back(unknowns[k], tidied(derivatives[k]));
+    return *r.slopes;
+  }
 
   /// By order of derivative, then in the order of the model's unknowns: what is solved first must not depend
   /// on the session.
@@ -101,19 +114,17 @@ class Elimination {
   };
 
   /// Constant coefficients before those with t and parameters before those with states; few unknowns.
-  std::optional<Pivot> cheapest() const {
+  std::optional<Pivot> cheapest() {
     std::optional<Pivot> best;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
-      if (rows_[i].done || !is_short(rows_[i].e, longest_row)) continue;
-      const auto unknowns = eliminated_in(rows_[i].e);
-      const auto slopes = gradient(rows_[i].e, unknowns);
-      for (std::size_t k = 0; k < unknowns.size(); ++k) {
-        const Expr slope = tidied(slopes[k]);
+      if (rows_[i].done) continue;
+      const auto& found = slopes(rows_[i]);
+      for (const auto& [leaf, slope] : found) {
         if (slope.is_zero() || !eliminated_in(slope).empty()) continue;
         const double kind = slope.is_constant() ? 0 : has_state(slope) ? 2000 : 1000;
-        const double cost = kind + 100.0 * rows_[i].derivative + 10.0 * static_cast<double>(unknowns.size()) -
-                            symbol_of(unknowns[k]).order;
-        if (!best || cost < best->cost) best = Pivot{i, unknowns[k], slope, cost};
+        const double cost = kind + 100.0 * rows_[i].derivative + 10.0 * static_cast<double>(found.size()) -
+                            symbol_of(leaf).order;
+        if (!best || cost < best->cost) best = Pivot{i, leaf, slope, cost};
       }
     }
     return best;
@@ -137,6 +148,7 @@ class Elimination {
       const auto inside = eliminated_in(r.e);
       if (std::find(inside.begin(), inside.end(), pivot->leaf) == inside.end()) continue;
       r.e = without_cancelled(substitute(r.e, {{pivot->leaf, value}}), bases_);
+      r.slopes.reset();
       note(r, label(solved));
       for (const std::string& earlier : solved.with) note(r, earlier);
     }

@@ -3,9 +3,17 @@
 #include <algorithm>
 
 #include "expr/graph/derivative.hpp"
+#include "expr/graph/generic.hpp"
 #include "expr/rewrite/rewrite.hpp"
 
 namespace pendula::dae {
+
+/// Asked before an expression is simplified, which may take a second.
+static bool is_constant_in_general(Expr e) {
+  const auto inside = leaves({&e, 1});
+  return std::all_of(inside.begin(), inside.end(),
+                     [&](Expr leaf) { return generic::is_zero(partial(e, leaf)); });
+}
 
 std::optional<Expr> with_completed_squares(Expr e) {
   constexpr std::size_t most_unknowns = 8, longest = 300;  // nodes
@@ -19,7 +27,9 @@ std::optional<Expr> with_completed_squares(Expr e) {
   if (unknowns.size() > most_unknowns) return {};
   Expr squares = 0, rest = e;
   for (Expr x : unknowns) {
-    const Expr slope = partial(rest, x), twice = simplify(partial(slope, x));
+    const Expr slope = partial(rest, x), curvature = partial(slope, x);
+    if (!is_constant_in_general(curvature)) continue;
+    const Expr twice = simplify(curvature);
     if (!exact_value(twice) || twice.is_zero()) continue;
     const Expr at_zero = simplify(substitute(slope, {{x, Expr(0)}}));
     squares += twice / Expr(2) * pow(x + at_zero / twice, 2);

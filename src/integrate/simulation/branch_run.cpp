@@ -371,15 +371,19 @@ bool is_explicit(const dae::Model& model) {
   return std::none_of(slopes.begin(), slopes.end(), [](const Entry& e) { return varies(e.value); });
 }
 
-/// Some x′ is so much larger than the change of its x so far that no solution goes on: x = √(1 - 2 t) at 1/2.
+/// Some x′ is so much larger than the change of its x so far that no solution goes on, x = √(1 - 2 t) at 1/2, or some z
+/// than it was just before, z = 1/(1 - t) at 1.
 bool is_pole(const Solution& solution, const Point& end) {
-  constexpr double beyond = 1e5;
+  constexpr double beyond = 1e5, before = 0.02;  // the last: of the time since the start
   const Point start = solution.point(0);
   for (Eigen::Index i = 0; i < end.xdot.size(); ++i) {
     const double size = std::max(std::fabs(start.x[i]), std::fabs(end.x[i]));
     if (std::fabs(end.xdot[i]) * (end.t - start.t) > beyond * size) return true;
   }
-  return false;
+  Vec largest = Vec::Zero(end.z.size());
+  for (int i = 0; i < solution.size() && end.t - solution.t()[i] >= before * (end.t - start.t); ++i)
+    largest = largest.cwiseMax(solution.point(i).z.cwiseAbs());
+  return (end.z.array().abs() > beyond * largest.array() && largest.array() > 0).any();
 }
 
 }  // namespace

@@ -265,15 +265,18 @@ test("flows without inertia turn laminar at every tolerance", function()
   local function loss(flow) return ifelse(lt(abs(flow), 0.02), flow, 50*flow*abs(flow)) end
   local tank = dae { 2*der(h) ~ q1 - q2, 0 ~ 1 + 0.3*sin(t) - h - loss(q1), 0 ~ h - 0.8 - loss(q2) }
   local exact = tank:integrate { start = { h = 0.9 }, to = 30, method = "dop853", rtol = 1e-12 }
+  local taken = dofile "tests/part_of.lua"(2)
   for _, method in ipairs { "radau", "gauss", "bdf" } do
     for _, digits in ipairs { 3, 3.5, 4, 4.25, 5, 5.25, 7, 8.5, 8.75, 9.5, 10 } do
-      local rtol = 10^-digits
-      local sol = tank:integrate { start = { h = 0.9 }, to = 30, method = method, rtol = rtol }
-      expect(("%s, 10^-%g: %s"):format(method, digits, sol.status)):equals(
-        ("%s, 10^-%g: finished"):format(method, digits))
-      expect(sol(h, 30)):near(exact(h, 30), 300*rtol)              -- some 300 steps, of one tolerance each
-      local given_up = tostring(sol:stats()):find("integrated through", 1, true)
-      if method ~= "bdf" then expect(given_up):is_nil() end
+      if taken() then
+        local rtol = 10^-digits
+        local sol = tank:integrate { start = { h = 0.9 }, to = 30, method = method, rtol = rtol }
+        expect(("%s, 10^-%g: %s"):format(method, digits, sol.status)):equals(
+          ("%s, 10^-%g: finished"):format(method, digits))
+        expect(sol(h, 30)):near(exact(h, 30), 300*rtol)              -- some 300 steps, of one tolerance each
+        local given_up = tostring(sol:stats()):find("integrated through", 1, true)
+        if method ~= "bdf" then expect(given_up):is_nil() end
+      end
     end
   end
 end)

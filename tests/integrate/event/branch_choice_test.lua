@@ -1,14 +1,18 @@
 -- Where branches of solutions meet, `branch =` says which one a run follows. Solutions in closed form.
 local x, z, v = vars "x z v"
+local part_of = dofile "tests/part_of.lua"
 local methods = { "auto", "dopri5", "tsit5", "verner76", "radau", "bdf", "rodas", "gauss" }
 
 -- Exact before, at and behind the points where branches meet, for every method.
+local followed = part_of(3)
 local function follows(sys, start, to, branch, exact, unit)
   for _, method in ipairs(methods) do
     for _, rtol in ipairs { 1e-4, 1e-8 } do
-      local sol = sys:integrate { start = start, to = to, rtol = rtol, method = method, branch = branch }
-      expect(method .. " " .. sol.status):equals(method .. " finished")
-      for k = 1, 20 do expect(sol(z, k*to/20) / unit):near(exact(k*to/20), 30*rtol) end
+      if followed() then
+        local sol = sys:integrate { start = start, to = to, rtol = rtol, method = method, branch = branch }
+        expect(method .. " " .. sol.status):equals(method .. " finished")
+        for k = 1, 20 do expect(sol(z, k*to/20) / unit):near(exact(k*to/20), 30*rtol) end
+      end
     end
   end
 end
@@ -59,18 +63,21 @@ end)
 
 -- A pitchfork: z = 0 goes on, z = ±√x leaves with an infinite slope, which no list of derivatives shows.
 test("a solution that goes on where others leave with infinite slope, in units of x and t", function()
+  local taken = part_of(5)
   for _, unit in ipairs { { 1e-9, 1e-6 }, { 1, 1 }, { 1e6, 1 } } do
     local u, T = unit[1], unit[2]
     local fork = dae { der(x) ~ u/T, 0 ~ z*(x - u*z^2) }
     local run = { start = { x = -u, z = 0 }, to = 2*T }
     for _, method in ipairs(methods) do
-      run.method, run.branch = method, nil
-      local label = ("%s u = %g T = %g: "):format(method, u, T)
-      expect(label .. fork:integrate(run).status):matches "a solution goes on there with z′ = 0 %(branch = "
-      run.branch = "smooth"
-      local sol = fork:integrate(run)
-      expect(label .. sol.status):equals(label .. "finished")
-      expect(sol(z, 2*T)):near(0, 1e-9)
+      if taken() then
+        run.method, run.branch = method, nil
+        local label = ("%s u = %g T = %g: "):format(method, u, T)
+        expect(label .. fork:integrate(run).status):matches "a solution goes on there with z′ = 0 %(branch = "
+        run.branch = "smooth"
+        local sol = fork:integrate(run)
+        expect(label .. sol.status):equals(label .. "finished")
+        expect(sol(z, 2*T)):near(0, 1e-9)
+      end
     end
   end
   -- slowly through one that moves, z = sin y: the value of a run of z = sin y alone

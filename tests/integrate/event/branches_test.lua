@@ -1,14 +1,17 @@
 -- Branches of an algebraic equation that cross or touch: no run passes them on a branch of its own choice.
 local x, y, z, v = vars "x y z v"
+local part_of = dofile "tests/part_of.lua"
 local methods = { "auto", "dopri5", "dop853", "tsit5", "verner76", "radau", "gauss", "bdf", "rodas" }
 
 local function runs(equations, fix, guess, to, check)
   local sys = dae(equations)
-  local at = sys:init { fix = fix, guess = guess }
+  local at, taken = sys:init { fix = fix, guess = guess }, part_of(2)
   for _, method in ipairs(methods) do
     for _, rtol in ipairs { 1e-3, 1e-4, 1e-5, 1e-7, 1e-9 } do
-      local sol = sys:integrate { start = at, to = to, rtol = rtol, method = method }
-      check(sol, method .. " " .. rtol .. ": ", rtol)
+      if taken() then
+        local sol = sys:integrate { start = at, to = to, rtol = rtol, method = method }
+        check(sol, method .. " " .. rtol .. ": ", rtol)
+      end
     end
   end
 end
@@ -77,15 +80,18 @@ test("starts beside a crossing stop there, as close as they may be", function()
     { dae { der(x) ~ 1, 0 ~ z^2 - x^2 }, function(at) return at end },
     { dae { der(x) ~ 1, 0 ~ z^3 - x^2*z }, function(at) return at end },
   }
+  local taken = part_of(7)
   for k, case in ipairs(crossing) do
     for _, method in ipairs { "auto", "verner98", "dopri5", "radau", "bdf" } do
       for _, at in ipairs { -1e-6, -1e-8, -1e-9, -3e-10, -1e-10, -1e-11 } do
         for _, rtol in ipairs { 1e-6, 1e-9 } do
-          local sol = case[1]:integrate { start = { x = at, z = case[2](at) }, to = 1, rtol = rtol,
-            method = method }
-          local who = ("%d, %s, %g, %g: "):format(k, method, at, rtol)
-          expect(who .. sol.status):matches "stopped at t = .*no longer determines? z"
-          expect(sol.t[#sol.t] < 2*math.abs(at) + 1e-9):is_true()
+          if taken() then
+            local sol = case[1]:integrate { start = { x = at, z = case[2](at) }, to = 1, rtol = rtol,
+              method = method }
+            local who = ("%d, %s, %g, %g: "):format(k, method, at, rtol)
+            expect(who .. sol.status):matches "stopped at t = .*no longer determines? z"
+            expect(sol.t[#sol.t] < 2*math.abs(at) + 1e-9):is_true()
+          end
         end
       end
     end
@@ -102,14 +108,17 @@ test("every run beside a crossing names both ways on", function()
     { dae { der(x) ~ 1, 0 ~ z^2 - x^2*(2 + x) }, root(function(at) return 2 + at end) },
     { dae { der(x) ~ 1, 0 ~ z^2 - x^4 - x^2 }, root(function(at) return 1 + at^2 end) },
   }
+  local taken = part_of(3)
   for k, case in ipairs(crossing) do
     for _, method in ipairs { "auto", "radau", "bdf", "rodas", "dopri5", "tsit5", "verner76" } do
       for _, at in ipairs { -1, -0.77, -0.1, -1e-3 } do
         for _, rtol in ipairs { 1e-3, 1e-4, 1e-6, 1e-9 } do
-          local sol = case[1]:integrate { start = { x = at, z = case[2](at) }, to = 2, rtol = rtol,
-            method = method }
-          local who = ("%d, %s, %g, %g: "):format(k, method, at, rtol)
-          expect(who .. sol.status):matches "stopped at t = .*solutions go on .* with z′ = .* or z′ = .*branch = "
+          if taken() then
+            local sol = case[1]:integrate { start = { x = at, z = case[2](at) }, to = 2, rtol = rtol,
+              method = method }
+            expect(("%d, %s, %g, %g: %s"):format(k, method, at, rtol, sol.status)):matches(
+              "stopped at t = .*solutions go on .* with z′ = .* or z′ = .*branch = ")
+          end
         end
       end
     end

@@ -1,5 +1,6 @@
 -- Borders behind which no solution goes on: on each side the equations of that side lead to the other one.
 local x, z = vars "x z"
+local taken = dofile "tests/part_of.lua"(5)
 local methods = { "auto", "dopri5", "radau", "bdf", "rodas", "gauss" }
 
 test("a run ends where two branches of z end in a kink", function()
@@ -13,10 +14,12 @@ test("a run ends where two branches of z end in a kink", function()
       local at = fold[1]:init { fix = fold[2], guess = { z = fold[3] } }
       for _, method in ipairs(methods) do
         for _, rtol in ipairs { 1e-3, 1e-8 } do
-          local sol = fold[1]:integrate { start = at, to = 2, method = method, rtol = rtol }
-          expect(k .. method .. sol.status):matches
-            "stopped at t = 1: .* = 0 there, and the solutions .* both sides"
-          expect(sol.t[#sol.t]):near(1, 1e-9)
+          if taken() then
+            local sol = fold[1]:integrate { start = at, to = 2, method = method, rtol = rtol }
+            expect(k .. method .. sol.status):matches
+              "stopped at t = 1: .* = 0 there, and the solutions .* both sides"
+            expect(sol.t[#sol.t]):near(1, 1e-9)
+          end
         end
       end
     end

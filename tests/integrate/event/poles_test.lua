@@ -1,6 +1,8 @@
 -- Where equations as they are written are not defined: a run ends there and says why, whatever the method.
 local x, y, z, a = vars "x y z a"
+local part_of = dofile "tests/part_of.lua"
 local methods = { "auto", "dopri5", "dop853", "tsit5", "radau", "gauss", "bdf", "rodas" }
+local taken = part_of(3)
 local tolerances = { 1e-3, 1e-4, 1e-6, 1e-8, 1e-10 }
 
 local function stops(name, equations, start, exact, factor, only)
@@ -8,15 +10,17 @@ local function stops(name, equations, start, exact, factor, only)
     local sys = dae(equations)
     for _, method in ipairs(only or methods) do
       for _, rtol in ipairs(tolerances) do
-        local sol = sys:integrate { start = start, to = 2.5*exact, rtol = rtol, method = method }
-        local at = method .. " " .. rtol .. " "
-        expect(at .. sol.status):matches "stopped at t = "
-        local named = false
-        for _, words in ipairs { " = 0 there, and ", " is almost 0 there; where it", " is only 0.0" } do
-          named = named or sol.status:find(factor .. words, 1, true) ~= nil
+        if taken() then
+          local sol = sys:integrate { start = start, to = 2.5*exact, rtol = rtol, method = method }
+          local at = method .. " " .. rtol .. " "
+          expect(at .. sol.status):matches "stopped at t = "
+          local named = false
+          for _, words in ipairs { " = 0 there, and ", " is almost 0 there; where it", " is only 0.0" } do
+            named = named or sol.status:find(factor .. words, 1, true) ~= nil
+          end
+          expect(named):equals(true)
+          if rtol < 1e-5 then expect(sol.t[#sol.t]):near(exact, 1e-3*exact) end
         end
-        expect(named):equals(true)
-        if rtol < 1e-5 then expect(sol.t[#sol.t]):near(exact, 1e-3*exact) end
       end
     end
   end)

@@ -5,6 +5,7 @@ pendula = os.environ["PENDULA"]
 folder = tempfile.mkdtemp(prefix="pendula_store_")
 db = folder + "/runs.db"
 log = folder + "/log"
+RUNS = 3000 if os.environ.get("PENDULA_LONG") else 800  # they take a second: time enough to kill them in the middle
 PATIENCE = float(os.environ.get("PENDULA_PATIENCE", "30"))  # seconds; sanitizers need more
 
 SCRIPT = """
@@ -22,7 +23,7 @@ print("finished", #s - #s.failures)
 """
 
 def script(**values):
-    text = SCRIPT % dict(dict(runs=3000, rtol="1e-11", db=db, log=log), **values)
+    text = SCRIPT % dict(dict(runs=RUNS, rtol="1e-11", db=db, log=log), **values)
     name = folder + "/script.lua"
     with open(name, "w") as file:
         file.write(text)
@@ -60,7 +61,7 @@ def killed_and_resumed():
     process.kill()
     process.wait()
     before = stored()
-    assert 20 < len(before) < 3000, len(before)
+    assert 20 < len(before) < RUNS, len(before)
     with open(log) as file:
         lines = file.read().split()
     time.sleep(0.2)                                     # the workers are gone with their parent
@@ -68,21 +69,21 @@ def killed_and_resumed():
         assert len(file.read().split()) <= len(lines) + 2
     os.remove(log)
     result = run(script())
-    assert "finished 3000" in result.stdout, result
+    assert "finished %d" % RUNS in result.stdout, result
     after = stored()
     assert [row for row in after if row[0] in {b[0] for b in before}] == before
     with open(log) as file:
         again = {float(line) for line in file}
     assert not again & {row[1] for row in before}, "a run was computed twice"
-    assert len(again) == 3000 - len(before)
+    assert len(again) == RUNS - len(before)
     result = run(script())                              # nothing is left to do
     with open(log) as file:
-        assert len(file.read().split()) == 3000 - len(before)
+        assert len(file.read().split()) == RUNS - len(before)
 
 def one_equals_interrupted():
     rows = stored()
     fresh()
-    assert "finished 3000" in run(script()).stdout
+    assert "finished %d" % RUNS in run(script()).stdout
     assert stored() == rows, "a resumed sweep differs from one in a piece"
     with sqlite3.connect(db) as connection:             # trajectories, as docs/store.md says
         leaves = [row[0] for row in connection.execute("select name from quantity where role = 'kept' order by number")]
@@ -100,8 +101,8 @@ def interrupted():
     process.send_signal(signal.SIGINT)
     process.wait()
     kept = len(stored())
-    assert 10 < kept < 3000, kept
-    assert "finished 3000" in run(script()).stdout
+    assert 10 < kept < RUNS, kept
+    assert "finished %d" % RUNS in run(script()).stdout
 
 def full():
     fresh()
@@ -140,7 +141,7 @@ def crashed():
     worker = int(subprocess.run(["pgrep", "-P", str(process.pid)], capture_output=True).stdout.split()[0])
     time.sleep(0.1)
     os.kill(worker, signal.SIGKILL)
-    assert "finished 299" in process.communicate(timeout=4*PATIENCE)[0]
+    assert "finished %d" % (RUNS - 1) in process.communicate(timeout=4*PATIENCE)[0]
     with sqlite3.connect(db) as connection:
         why = connection.execute("select why from runs where status = 'failed'").fetchall()
     assert why == [("its worker process ended unexpectedly (signal 9)",)], why
