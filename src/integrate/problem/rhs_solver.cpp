@@ -11,6 +11,9 @@
 #include "integrate/solve/error_sizes.hpp"
 
 namespace pendula::integrate {
+/// Without a branch, unlike std::max.
+static double greater(double a, double b) { return a > b ? a : b; }
+
 RhsSolver::Layout RhsSolver::layout_of(const Problem& problem) {
   const dae::FirstOrder& model = problem.model();
   std::unordered_set<Expr> unknown(model.xdot.begin(), model.xdot.end());
@@ -24,10 +27,14 @@ RhsSolver::Layout RhsSolver::layout_of(const Problem& problem) {
     layout.positions.push_back({e.row, e.column - problem.n()});
     partials.push_back(problem.partials()[k]);
   }
+  std::unordered_set<Expr> inside;
   for (Expr leaf : leaves(partials)) {
+    inside.insert(leaf);
     layout.linear = layout.linear && !unknown.count(leaf);
     layout.constant = layout.constant && (fixed.count(leaf) || symbol_of(leaf).kind == Kind::constant);
   }
+  for (const std::vector<Expr>* list : {&model.xdot, &model.z})
+    for (Expr leaf : *list) layout.curved.push_back(inside.count(leaf) ? 1 : 0);
   layout.values = codegen::Kernel(partials, problem.arguments());
   return layout;
 }
@@ -39,6 +46,8 @@ RhsSolver::RhsSolver(ProblemPtr problem, Stats& stats)
   const Layout& layout = known.of(*problem_, [&] { return layout_of(*problem_); });
   linear_ = layout.linear;
   constant_ = layout.constant;
+  curved_ = layout.curved;
+  usual_.assign(curved_.size(), 0.0);
   jacobian_ = layout.values;
   const auto unknowns = static_cast<std::size_t>(problem_->n() + problem_->m());
   entries_.resize(layout.positions.size());
@@ -63,6 +72,13 @@ bool RhsSolver::assemble() {
 
 bool RhsSolver::operator()(double t, const double* x, double* xdot, double* z) {
   return solve(t, x, xdot, z, true);
+}
+
+bool RhsSolver::stage(double t, const double* x, double* xdot, double* z, double accuracy) {
+  accuracy_ = std::max(accuracy, rounding);
+  const bool solved = solve(t, x, xdot, z, true);
+  accuracy_ = rounding;
+  return solved;
 }
 
 bool RhsSolver::solve(double t, const double* x, double* xdot, double* z, bool near) {
@@ -140,28 +156,37 @@ bool RhsSolver::approach() {
 }
 
 /// One correction with the factorisation at hand; its length in units of the unknowns, NaN if F is not
-/// finite.
+/// finite. Also moved_ and moved_curved_.
 double RhsSolver::correct(double* xdot, double* z) {
   const int n = problem_->n(), m = problem_->m(), N = n + m;
   problem_->residual(r_.data());
   ++stats_.evaluations;
-  for (int i = 0; i < N; ++i) {
-    if (std::isfinite(r_[i])) continue;
+  if (!all_finite(N, r_.data())) {
     trouble_ = Trouble::not_finite;
-    culprit_ = i;
+    for (culprit_ = 0; std::isfinite(r_[culprit_]);) ++culprit_;
     return NAN;
   }
   solver_.solve(r_.data());
   ++stats_.newton_iterations;
   double* at = problem_->unknowns() + n;
-  double largest = 0, size = 0;
+  const double *const change = r_.data(), *const usual = usual_.data(), *const curved = curved_.data();
+  double size = 0;
   for (int i = 0; i < N; ++i) {
-    at[i] -= r_[i];
-    size = std::max(size, std::fabs(at[i]));
+    at[i] -= change[i];
+    size = greater(size, std::fabs(at[i]));
   }
-  for (int i = 0; i < N; ++i)
-    largest = std::max(
-        largest, std::fabs(r_[i]) / (std::fabs(at[i]) + 1e-3 * size + std::numeric_limits<double>::min()));
+  constexpr double least = std::numeric_limits<double>::min();
+  const double beside = 1e-3 * size + least;
+  double largest = 0, moved = 0, moved_curved = 0;
+  for (int i = 0; i < N; ++i) {
+    const double length = std::fabs(change[i]), value = std::fabs(at[i]);
+    const double own = length / (value + 0.1 * usual[i] + least);
+    largest = greater(largest, length / (value + beside));
+    moved = greater(moved, own);
+    moved_curved = greater(moved_curved, own * curved[i]);
+  }
+  moved_ = moved;
+  moved_curved_ = moved_curved;
   std::copy_n(at, n, xdot);
   std::copy_n(at + n, m, z);
   return largest;
@@ -188,24 +213,66 @@ bool RhsSolver::solved_to_rounding() {
   return true;
 }
 
+/// After a correction, with a matrix of the point before it or not. Newton: δₖ₊₁ ≈ C δₖ²; with a matrix that was made at
+/// a distance d from the solution δₖ₊₁ ≈ 2 C d δₖ, and measured, θ δₖ (Hairer & Wanner II, §IV.8). Lengths in units of
+/// each unknown: beside a fast x′ a small current counts as much.
+void RhsSolver::expect(Progress& progress, bool fresh, bool first) {
+  constexpr double least = 0.1, remembered = 0.5, careful = 10;
+  const double before = progress.last;
+  // unknowns in which the equations are linear are right after the first one
+  const double now = progress.last = first ? moved_curved_ : moved_;
+  if (first || !(before > 0)) {
+    progress.distance = now;
+    progress.rate = 2 * curvature_ * now;
+    progress.expected = careful * curvature_ * now * now;
+    return;
+  }
+  const double theta = now / before;
+  if (progress.distance <= before) curvature_ = std::max({least, remembered * curvature_, theta / before});
+  progress.distance = fresh ? now : progress.distance + now;
+  progress.rate = fresh ? 2 * curvature_ * now : std::max(theta, 2 * curvature_ * progress.distance);
+  progress.expected =
+      fresh ? careful * curvature_ * now * now : progress.rate * now / (1 - std::min(progress.rate, 0.5));
+}
+
+/// Whether a new matrix saves more iterations than it costs.
+bool RhsSolver::renewal_pays(const Progress& progress) const {
+  constexpr double quickest = 1e-3, slow = 0.1;
+  constexpr double factorisation = 0.7, usual = 15;  // beside an iteration; unknowns
+  if (progress.rate > slow) return true;
+  const double distance = accuracy_ / std::max(progress.expected, accuracy_);
+  const double kept = std::ceil(std::log(distance) / std::log(std::max(progress.rate, quickest)));
+  double renewed = 1;
+  for (double error = curvature_ * progress.expected * progress.expected; error > accuracy_ && renewed < 6;
+       ++renewed)
+    error *= curvature_ * error;
+  const double cost = 1 + factorisation * std::max(1.0, static_cast<double>(r_.size()) / usual);
+  return cost * renewed < kept;
+}
+
 bool RhsSolver::newton(double* xdot, double* z, bool near) {
-  constexpr double rounding = 1e-14, stagnation = 1e-11, fast = 0.25, small = 1e-6;
+  constexpr double stagnation = 1e-11, fast = 0.25, small = 1e-6, certain = 0.1;
   if (linear_) {
     if ((!constant_ || !ready_) && !assemble()) return false;
     return !std::isnan(correct(xdot, z));
   }
   double previous = std::numeric_limits<double>::infinity();
   double slowest = 0.5;
+  Progress progress;
+  const double* at = problem_->unknowns() + problem_->n();
+  for (std::size_t i = 0; i < usual_.size(); ++i) usual_[i] = std::max(usual_[i] / 2, std::fabs(at[i]));
   for (int k = 0; k < 40; ++k) {
     // A new matrix at the first point, after a long way (an old one may lead to another root), and whenever
     // the old one does not contract well.
     constexpr double far = 0.1;
-    const bool fresh = !ready_ || previous > far || k > 2;
+    const bool fresh = !ready_ || previous > far || k > 2 || renewal_pays(progress);
     if (fresh && !assemble()) return false;
     const double now = correct(xdot, z);
     if (std::isnan(now)) return ready_ = false;
+    expect(progress, fresh, k == 0);
     const bool stagnates = now <= stagnation && now >= previous / 2;
     if (now <= rounding || (stagnates && fresh)) return true;  // old matrices contract slowly, too
+    if (progress.expected <= accuracy_ && progress.rate <= certain) return true;
     // With matrices of this point, what does not shrink is rounding, of lengths of kilometres whose difference is an
     // unknown; at a double root it would be halved.
     if (k >= 4 && now <= small && now >= 0.75 * previous) return true;

@@ -24,6 +24,8 @@ class RhsSolver {
   /// it might end on another branch (Deuflhard, Newton Methods for Nonlinear Problems, 2004, §5.1.1: Θ ≤ 1/2
   /// in every step); reason() says why. No allocation.
   bool operator()(double t, const double* x, double* xdot, double* z);
+  /// The same for a stage of a step: x′ and z to this relative accuracy, or to rounding where that is more.
+  bool stage(double t, const double* x, double* xdot, double* z, double accuracy);
   /// The same from values that may be far away; throws Failure.
   void require(double t, const double* x, double* xdot, double* z);
   /// x′ and z of a point, from t and x and the values there. False, and the point unchanged, where the
@@ -40,20 +42,37 @@ class RhsSolver {
   struct Layout {
     std::vector<Position> positions;
     codegen::Kernel values;
+    std::vector<double> curved;  ///< by unknown: 1 where the matrix depends on it, else 0
     bool linear = true, constant = true;
   };
+  static constexpr double rounding = 1e-14;
   static Layout layout_of(const Problem& problem);
   bool assemble();
   bool solve(double t, const double* x, double* xdot, double* z, bool near);
   bool newton(double* xdot, double* z, bool near);
   bool approach();
   double correct(double* xdot, double* z);
+  /// Newton's iteration as it goes, lengths in units of the unknowns: what the next corrections will be.
+  struct Progress {
+    double last = 0;      ///< correction
+    double distance = 0;  ///< from where the matrix was made
+    double rate = 1;      ///< at which the next correction with this matrix will be shorter
+    double expected = std::numeric_limits<double>::infinity();  ///< length of the next one, with this matrix
+  };
+  void expect(Progress& progress, bool fresh, bool first);
+  bool renewal_pays(const Progress& progress) const;
   bool solved_to_rounding();
   ProblemPtr problem_;
   Stats& stats_;
   codegen::Kernel jacobian_;
   std::vector<double> entries_, r_, changed_, rounding_, values_;
-  std::vector<double> begin_;  ///< x′ and z that a search begins with
+  std::vector<double> begin_;   ///< x′ and z that a search begins with
+  std::vector<double> curved_;  ///< as in Layout
+  std::vector<double> usual_;   ///< size of every unknown, of late
+  double moved_ = 0;            ///< last correction, longest part of all unknowns in units of each
+  double moved_curved_ = 0;     ///< the same of those that the matrix depends on
+  double curvature_ = 1;        ///< δₖ₊₁/δₖ² of Newton's iteration in the solutions so far
+  double accuracy_ = rounding;
   LinearSolver<double> solver_;
   bool ode_, linear_ = true, constant_ = true, ready_ = false;
   enum class Trouble { none, not_finite, singular, diverged, far } trouble_ = Trouble::none;

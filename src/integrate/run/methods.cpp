@@ -366,6 +366,9 @@ Choice choose(const ProblemPtr& whole, const Method& method, const Plan& plan, c
     if (const auto later = rates_ahead(derivative, at, span); later && is_stiff(*later, span, size, iterates))
       return {&implicit_family(*whole, method, plan), nullptr,
               "stiff: an eigenvalue of ∂x′/∂x soon becomes large beside 1/(to - from)"};
+    if (iterates && iterated_stages_cost_more(size))
+      return {&implicit_family(*whole, method, plan), nullptr,
+              "z is iterated for in every stage of an explicit step, which costs more than an implicit one"};
     if (swings_fast(*here, span, size))
       return {&implicit_family(*whole, method, plan), nullptr,
               "oscillations far faster than the interval is long, which may be at rest"};
@@ -387,13 +390,14 @@ bool is_cheaper_explicit(const ProblemPtr& problem, const Point& at, double dt, 
   Point here = at;
   if (!derivative(here.t, here.x.data(), here.xdot.data(), here.z.data()) || !derivative.is_regular())
     return false;
+  const int unknowns = problem->n() + problem->m();
+  if (!derivative.is_linear() && iterated_stages_cost_more(unknowns)) return false;
   const auto now = rates(derivative, here);
   if (!now) return false;
   if (rival.family)
     return now->growing < now->damped &&
            clearly * now->fastest * dt * rival.explicit_step < stability_limit * rival.implicit_step;
-  const double cost =
-      implicit_step * implicit_cost(problem->n() + problem->m()) / (derivative.is_linear() ? 1 : iterating);
+  const double cost = implicit_step * implicit_cost(unknowns) / (derivative.is_linear() ? 1 : iterating);
   return clearly * now->fastest * dt < stability * cost;
 }
 

@@ -84,7 +84,8 @@ ExplicitStepper::ExplicitStepper(ProblemPtr problem, TableauPtr tableau, Toleran
       scheme_(scheme_of(tableau_)),
       controller_(scheme_->rules, n()),
       rhs_(problem_, stats),
-      rows_(scheme_->rows) {
+      rows_(scheme_->rows),
+      stage_accuracy_(n() > 0 ? 1e-4 * tolerances_.rtol.head(n()).minCoeff() : 0) {
   const int stages = tableau_->stages();
   code_ = ExplicitCode::make(*problem_, *tableau_, controller_.rules().stiff_stage, tolerances_);
   stages_.K.resize(static_cast<std::size_t>((stages + 3) * n()));
@@ -118,6 +119,37 @@ std::shared_ptr<const ExplicitStepper::Scheme> ExplicitStepper::scheme_of(const 
   return known.insert(rk, std::make_shared<const Scheme>(Scheme{rules, rows_of(*rk, rules.stiff_stage)}));
 }
 
+/// The parabola through the stages whose times are nearest to that of stage i, or less where times are too close to each
+/// other.
+ExplicitStepper::Row ExplicitStepper::prediction(const Tableau& rk, int i) {
+  const auto& c = rk.c();
+  constexpr std::size_t points = 3;
+  constexpr double apart = 0.01, most = 10;  // beyond that errors of the values count more than curvature
+  std::vector<int> order;
+  for (int j = i - 1; j >= 0; --j) order.push_back(j);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](int a, int b) { return std::fabs(c[a] - c[i]) < std::fabs(c[b] - c[i]); });
+  Row row{{order[0], 1}};
+  std::vector<int> nodes{order[0]};
+  for (const int j : order) {
+    if (nodes.size() == points) break;
+    if (std::any_of(nodes.begin(), nodes.end(), [&](int k) { return std::fabs(c[j] - c[k]) < apart; }))
+      continue;
+    nodes.push_back(j);
+    Row next;
+    double sum = 0;
+    for (const int k : nodes) {
+      double factor = 1;
+      for (const int l : nodes)
+        if (l != k) factor *= (c[i] - c[l]) / (c[k] - c[l]);
+      next.push_back({k, factor});
+      sum += std::fabs(factor);
+    }
+    if (sum <= most) row = next;
+  }
+  return row;
+}
+
 ExplicitStepper::Rows ExplicitStepper::rows_of(const Tableau& rk, int stiff_stage) {
   const int stages = rk.stages();
   const auto without_zeros = [stages](const auto& factor) {
@@ -129,6 +161,7 @@ ExplicitStepper::Rows ExplicitStepper::rows_of(const Tableau& rk, int stiff_stag
   Rows rows;
   for (int i = 0; i < stages; ++i) {
     rows.A.push_back(without_zeros([&](int j) { return j < i ? rk.A()(i, j) : 0; }));
+    rows.prediction.push_back(i > 0 ? prediction(rk, i) : Row{});
     rows.c.push_back(rk.c()[i]);
   }
   rows.b = without_zeros([&](int j) { return rk.b()[j]; });
@@ -188,11 +221,12 @@ bool ExplicitStepper::compute(const Point& from, double dt) {
     double* Ki = K + static_cast<std::ptrdiff_t>(i) * size;
     double* Zi = Z + static_cast<std::ptrdiff_t>(i) * zs;
     if (!ode) {
-      std::copy_n(Ki - size, size, Ki);
-      std::copy_n(Zi - zs, zs, Zi);
+      predict(i, size, K);
+      predict(i, zs, Z);
     }
     combine(size, from.x.data(), dt, rows_.A[i], K, at);
-    if (!rhs_(from.t + rows_.c[i] * dt, at, Ki, Zi)) {
+    const bool mesh_point = i + 1 == stages && controller_.rules().fsal;
+    if (!rhs_.stage(from.t + rows_.c[i] * dt, at, Ki, Zi, mesh_point ? 0 : stage_accuracy_)) {
       trouble_ = rhs_.reason();
       return false;
     }
@@ -204,6 +238,16 @@ bool ExplicitStepper::compute(const Point& from, double dt) {
   constexpr int patience = 5;  // a linear system that needs pivots all along: each step would be made twice
   if (code_ && ++in_vain_ == patience) code_.reset();
   return true;
+}
+
+/// Values of stage i to begin with, behind those of the stages so far.
+void ExplicitStepper::predict(int i, int size, double* values) const {
+  double* to = values + static_cast<std::ptrdiff_t>(i) * size;
+  std::fill_n(to, size, 0.0);
+  for (const Term& term : rows_.prediction[i]) {
+    const double* from = values + static_cast<std::ptrdiff_t>(term.stage) * size;
+    for (int k = 0; k < size; ++k) to[k] += term.factor * from[k];
+  }
 }
 
 double ExplicitStepper::error_norm() {

@@ -36,6 +36,7 @@ class ExplicitStepper final : public Stepper {
   /// The tableau without its zeros.
   struct Rows {
     std::vector<Row> A;
+    std::vector<Row> prediction;  ///< of x′ and z that are solved for
     Row b, error, second_error;
     Row stiff;  ///< b minus the row of the second stage at the end of the step
     std::vector<double> c;
@@ -53,6 +54,8 @@ class ExplicitStepper final : public Stepper {
   enum class Attempt { accepted, rejected, not_finite };
 
   static void check(const Tableau& rk);
+  static Row prediction(const Tableau& rk, int i);
+  void predict(int i, int size, double* values) const;
   static Rows rows_of(const Tableau& rk, int stiff_stage);
   /// Remembered: the stability limit takes longer to find than a short run.
   static std::shared_ptr<const Scheme> scheme_of(const TableauPtr& rk);
@@ -75,6 +78,7 @@ class ExplicitStepper final : public Stepper {
   StepState<double> control_;
   RhsSolver rhs_;
   const Rows& rows_;
+  double stage_accuracy_;  ///< relative, of x′ and z that no mesh point keeps
   std::shared_ptr<ExplicitCode> code_;
   ExplicitCode::End end_{};
   bool coded_ = false;  ///< the last step was: end_ holds it, not stages_

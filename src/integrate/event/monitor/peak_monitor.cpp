@@ -19,14 +19,26 @@ constexpr double high = 2;  // of an exponent above its values at the ends: e² 
 
 struct Candidate {
   Expr u, slope;
-  bool divisor;
+  bool divisor, parabola;
 };
+
+/// Does it depend on time, or on what changes with it?
+bool varies(Expr e, const Problem& problem) {
+  const std::vector<Expr>& fixed = problem.model().p;
+  const std::vector<Expr> inside = leaves({&e, 1});
+  return std::any_of(inside.begin(), inside.end(), [&](Expr leaf) {
+    const bool constant = symbol_of(leaf).kind == Kind::constant;
+    return !constant && std::find(fixed.begin(), fixed.end(), leaf) == fixed.end();
+  });
+}
 
 std::vector<Candidate> make_candidates(const Problem& problem) {
   std::vector<Candidate> list;
   std::unordered_set<Expr> seen;
   const auto add = [&](Expr u, bool divisor) {
-    if (!u.is_constant() && seen.insert(u).second) list.push_back({u, total_derivative(u), divisor});
+    if (u.is_constant() || !seen.insert(u).second) return;
+    const Expr slope = total_derivative(u);
+    list.push_back({u, slope, divisor, !varies(total_derivative(slope), problem)});
   };
   // What happens about v = 0 and is over far from there: u = -v² has its maximum there.
   const auto add_switch = [&](Expr v) { add(-(v * v), false); };
@@ -57,6 +69,7 @@ PeakMonitor::PeakMonitor(const Problem& problem, const Tolerances& tolerances, b
     values.push_back(c.u);
     slopes.push_back(c.slope);
     is_divisor_.push_back(c.divisor);
+    is_parabola_.push_back(c.parabola);
   }
   if (values.empty()) return;
   values.insert(values.end(), slopes.begin(), slopes.end());
@@ -109,9 +122,10 @@ double PeakMonitor::missed(const ProblemPtr& problem, const Point& from, const P
   return off;
 }
 
-/// A tangent at one of the ends leads far enough for a peak.
+/// A tangent at one of the ends leads far enough for a peak, and there may be one.
 bool PeakMonitor::varies_fast(double dt) const {
   for (std::size_t i = 0; i < nodes(); ++i) {
+    if (is_parabola_[i] && !turns(i, last_, next_)) continue;
     const double reach = std::max(std::fabs(last_[nodes() + i]), std::fabs(next_[nodes() + i])) * dt;
     const double size = is_divisor_[i] ? 0.5 * std::min(std::fabs(last_[i]), std::fabs(next_[i])) : high;
     if (reach > size) return true;
@@ -129,7 +143,7 @@ double PeakMonitor::passes_peak(const Point& from, const Point& to) {
     behind.share = static_cast<double>(k) / pieces;
     look(from, to, behind.share, behind.values);
     for (std::size_t i = 0; i < nodes(); ++i) {
-      if (!turns(i, low, behind) || ++searched > most_searched) continue;
+      if (!turns(i, low.values, behind.values) || ++searched > most_searched) continue;
       const auto peak = peak_between(i, low, behind, from, to);
       const double off = peak ? matters(*peak, from, to) : 0;
       if (off > 0) return off;
@@ -141,10 +155,10 @@ double PeakMonitor::passes_peak(const Point& from, const Point& to) {
 
 /// An exponent rises at the first and no longer at the second, which may be the top itself; the size of a divisor the
 /// other way round.
-bool PeakMonitor::turns(std::size_t i, const Sample& low, const Sample& behind) const {
-  const double side = !is_divisor_[i] ? 1 : low.values[i] > 0 ? -1 : 1;
-  const bool same_sign = !is_divisor_[i] || low.values[i] * behind.values[i] > 0;
-  return same_sign && side * low.values[nodes() + i] > 0 && side * behind.values[nodes() + i] <= 0;
+bool PeakMonitor::turns(std::size_t i, const Values& low, const Values& behind) const {
+  const double side = !is_divisor_[i] ? 1 : low[i] > 0 ? -1 : 1;
+  const bool same_sign = !is_divisor_[i] || low[i] * behind[i] > 0;
+  return same_sign && side * low[nodes() + i] > 0 && side * behind[nodes() + i] <= 0;
 }
 
 /// Bisection for the top, where it is more than e² times as high as the ends of the step: the stages see others.

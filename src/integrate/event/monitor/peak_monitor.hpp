@@ -50,7 +50,7 @@ class PeakMonitor {
   void look(const Point& from, const Point& to, double share, Values& out);
   bool varies_fast(double dt) const;
   double passes_peak(const Point& from, const Point& to);
-  bool turns(std::size_t i, const Sample& low, const Sample& behind) const;
+  bool turns(std::size_t i, const Values& low, const Values& behind) const;
   std::optional<Peak> peak_between(std::size_t i, Sample low, Sample behind, const Point& from,
                                    const Point& to);
   double matters(const Peak& peak, const Point& from, const Point& to);
@@ -60,7 +60,8 @@ class PeakMonitor {
   unsigned version_ = 0;
   ProblemPtr problem_;  ///< a copy: run and monitor place different points
   Tolerances tolerances_;
-  std::vector<char> is_divisor_;  ///< of every node
+  std::vector<char> is_divisor_;   ///< of every node
+  std::vector<char> is_parabola_;  ///< in t: turns inside a step where its slopes at the ends say so
   codegen::Kernel kernel_;
   Values last_, next_;  ///< at the ends of the last step
   Stats ignored_;

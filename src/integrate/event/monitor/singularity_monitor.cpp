@@ -100,6 +100,7 @@ std::optional<Stop> SingularityMonitor::after(const MonitoredStep& step) {
 }
 
 std::string SingularityMonitor::almost_zero(const Point& point, double almost, bool vanished) {
+  constexpr double last_bits = 16 * std::numeric_limits<double>::epsilon();
   if (first_.empty()) return "";
   const Sample there = evaluate(point);
   for (std::size_t i = 0; i < first_.size(); ++i) {
@@ -109,7 +110,8 @@ std::string SingularityMonitor::almost_zero(const Point& point, double almost, b
     const bool small = std::fabs(there.g[i]) <= almost * std::fabs(first_[i]);
     if (!small && (ahead < 0) == (there.g[i] < 0)) continue;
     std::string reason = guards_[i].reason;
-    if (none && !(evaluate(a_moment_after(point)).g[i] * there.g[i] > 0)) return ". " + reason;
+    const bool rounding = std::fabs(there.g[i]) <= last_bits * std::fabs(first_[i]);
+    if (rounding || (none && !(evaluate(a_moment_after(point)).g[i] * there.g[i] > 0))) return ". " + reason;
     const std::string zero = " = 0 there, and ";
     const std::string now = none    ? " is almost 0 there"
                             : small ? " is only " + rounded(there.g[i], 1) + " there"

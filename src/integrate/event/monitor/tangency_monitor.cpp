@@ -30,6 +30,7 @@ std::optional<Stop> TangencyMonitor::after(const MonitoredStep& step) {
   constexpr double near = 0.01;  // of the largest value so far: larger minima are none of our business
   const std::vector<double>& g = finder_.values();
   std::optional<Stop> stop;
+  known_count_ = 0;
   if (const int gone = finder_.vanished(g); gone >= 0)  // a step that happens to end there
     return Stop{step.here.t, events_[gone].termination_reason, step.before.t};
   const bool fresh = seen_.size() != g.size();
@@ -39,16 +40,18 @@ std::optional<Stop> TangencyMonitor::after(const MonitoredStep& step) {
     if (reason.empty()) continue;
     Values& seen = seen_[i];
     const double size = std::fabs(seen.last);
-    const bool turned =
-        !fresh && g[i] * seen.last > 0 && size <= std::fabs(seen.before) && size < std::fabs(g[i]);
+    bool turned = !fresh && g[i] * seen.last > 0 && size <= std::fabs(seen.before) && size < std::fabs(g[i]);
+    // z of a mesh point may be off by the tolerances
+    if (turned && with_z_[i])
+      turned = size_between(i, step.before, step.here, 0) <= size_between(i, step.before, step.here, 1);
+    if (turned && !stop && with_z_[i] && has_previous_)
+      if (const auto t = time_of_zero(i, step)) stop = Stop{*t, reason, previous_.t};
     if (turned && !stop && size <= near * seen.largest && can_vanish(i, step.before))
       stop = Stop{step.before.t,
                   text("within the tolerances (", rounded(size, 1), ") ", reason,
                        "; if the solution only comes near, ask for smaller tolerances or go on with ",
                        "guards = false"),
                   step.before.t};
-    if (turned && !stop && with_z_[i] && has_previous_)
-      if (const auto t = time_of_zero(i, step)) stop = Stop{*t, reason, previous_.t};
     if (with_z_[i] && !stop)
       if (const auto t = zero_inside(i, step, fresh ? INFINITY : size))
         stop = Stop{*t, reason, *t < step.before.t ? previous_.t : step.before.t};
@@ -62,20 +65,35 @@ std::optional<Stop> TangencyMonitor::after(const MonitoredStep& step) {
   return stop;
 }
 
-/// |g| inside a step: x by Hermite interpolation, z solved for. 0 where the equations have no solution.
+/// |g| inside a step. 0 where the equations have no solution.
 double TangencyMonitor::size_between(std::size_t which, const Point& from, const Point& to, double share) {
+  const Point* at = inside(from, to, share);
+  return at ? std::fabs(value_at(which, *at)) : 0;
+}
+
+/// x by Hermite interpolation, z solved for.
+const Point* TangencyMonitor::inside(const Point& from, const Point& to, double share) {
+  for (std::size_t k = 0; k < known_count_; ++k)
+    if (const Inside& known = known_[k]; known.share == share && known.from == from.t && known.to == to.t)
+      return known.solved ? &known.at : nullptr;
   if (!solver_) {
     problem_ = std::make_shared<Problem>(*problem_);
     solver_ = std::make_unique<RhsSolver>(problem_, ignored_);
   }
-  Point p;
+  if (known_count_ == known_.size()) known_.emplace_back();
+  Inside& added = known_[known_count_++];
+  added.from = from.t;
+  added.to = to.t;
+  added.share = share;
+  Point& p = added.at;
   hermite(from, to, share, p);
   try {
     solver_->require(p.t, p.x.data(), p.xdot.data(), p.z.data());
+    added.solved = true;
   } catch (const Failure&) {
-    return 0;
+    added.solved = false;
   }
-  return std::fabs(value_at(which, p));
+  return added.solved ? &p : nullptr;
 }
 
 double TangencyMonitor::value_at(std::size_t which, const Point& p) {
@@ -143,25 +161,31 @@ std::optional<double> TangencyMonitor::near_beginning(std::size_t which, const M
   return {};
 }
 
-/// Golden section in a part of a step; 0 is what is less than 10⁻⁶ of the values at its ends, than 10⁻⁹ of what |g|
+/// Golden section in a part of a step, until |g| is the same at all points of what is left of it (towards a zero it
+/// falls at least as fast as a root, to 0.73 in each section); 0 is what is less than 10⁻⁶ of the values at its ends, than 10⁻⁹ of what |g|
 /// would become at this rate within the run, or rounding.
 std::optional<double> TangencyMonitor::least_between(std::size_t which, const Point& from, const Point& to,
                                                      double low, double high) {
-  constexpr double golden = 0.3819660112501051, closest = 1e-6, most = 1e-2, epsilon = 2.2e-16;
+  constexpr double golden = 0.3819660112501051, closest = 1e-6, most = 1e-2, epsilon = 2.2e-16, flat = 0.99;
+  constexpr int first_sections = 3;
   const auto size = [&](double share) { return size_between(which, from, to, share); };
   // in a step that is hardly longer than the rounding of t, |g| comes no nearer to 0 than it changes in that
   const double rounding = 16 * epsilon * std::max(std::fabs(from.t), std::fabs(to.t)) / (to.t - from.t);
   const double least = std::clamp(1e-9 * interval_ / ((high - low) * (to.t - from.t)), closest, 1e-3);
   const double zero = std::clamp(rounding, least, most);
-  const double ends = std::max(size(low), size(high)), width = high - low;
+  double at_low = size(low), at_high = size(high);
+  const double ends = std::max(at_low, at_high), width = high - low;
   double l = low + golden * width, r = high - golden * width, at_l = size(l), at_r = size(r);
   for (int k = 0; k < 50 && std::min(at_l, at_r) > 0; ++k) {
+    if (k >= first_sections && std::min(at_l, at_r) > flat * std::max(at_low, at_high)) break;
     if (at_l < at_r) {
       high = std::exchange(r, l);
+      at_high = at_r;
       l = low + golden * (high - low);
       at_r = std::exchange(at_l, size(l));
     } else {
       low = std::exchange(l, r);
+      at_low = at_l;
       r = high - golden * (high - low);
       at_l = std::exchange(at_r, size(r));
     }

@@ -53,6 +53,13 @@ class TangencyMonitor : public Monitor {
   std::optional<double> near_beginning(std::size_t which, const MonitoredStep& step, double share,
                                        double beyond, double first);
   double size_between(std::size_t which, const Point& from, const Point& to, double share);
+  /// A point inside a step, with x′ and z; null where the equations have no solution.
+  const Point* inside(const Point& from, const Point& to, double share);
+  struct Inside {
+    double from = 0, to = 0, share = 0;
+    Point at;
+    bool solved = false;
+  };
   ProblemPtr problem_;
   const std::vector<Event>& events_;
   const EventFinder& finder_;
@@ -69,6 +76,8 @@ class TangencyMonitor : public Monitor {
   std::vector<codegen::Kernel> conditions_;  ///< made when needed
   Stats ignored_;
   std::unique_ptr<RhsSolver> solver_;
+  std::vector<Inside> known_;  ///< the points that were looked at after this step: all conditions share them
+  std::size_t known_count_ = 0;
   std::vector<codegen::Kernel> gradients_;  ///< with respect to (x, z), made when needed
 };
 
