@@ -1,4 +1,4 @@
--- Index 1, z that equations are not linear in: what it costs in explicit stages, and how well it is solved for.
+-- Index 1, z that equations are not linear in: what it costs in explicit stages, and how exact it is.
 local x, v, z, T = vars "x v z T"
 local stages = { tsit5 = 7, dop853 = 12, verner87 = 13, verner98 = 16 }
 
