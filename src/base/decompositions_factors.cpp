@@ -1,9 +1,14 @@
-#include "base/decompositions.hpp"
+#include "base/decompositions_shared.hpp"
 
 namespace Eigen {
 
 PENDULA_TRIANGULAR_FACTORS(template)
 PENDULA_ORTHOGONAL_FACTORS(template)
+PENDULA_REFLECTIONS(template)
+
+namespace internal {
+PENDULA_BLOCK_REFLECTIONS(template)
+}
 
 }  // namespace Eigen
 

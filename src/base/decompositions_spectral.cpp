@@ -1,4 +1,4 @@
-#include "base/decompositions.hpp"
+#include "base/decompositions_shared.hpp"
 
 namespace Eigen::internal {
 

@@ -125,7 +125,7 @@ TEST_CASE("newton code: an iteration solves (W/h ⊗ M + I ⊗ J) ΔZ = -R") {
             b.formula.W(i, j) / b.dt * b.M + (i == j ? b.J : Mat::Zero(b.N, b.N));
       R.segment(i * b.N, b.N) = b.F(b.t + b.formula.c[i] * b.dt, b.y + b.Z.segment(i * b.N, b.N), slope);
     }
-    const Vec step = -whole.partialPivLu().solve(R);
+    const Vec solved = whole.partialPivLu().solve(R), step = -solved;
     double sum = 0, largest = 0;
     b.code->iterate(sum, largest);
     CHECK(distance(b.code->end().Z, b.Z + step) < 1e-10);  // condition of the matrix: 1e4
@@ -146,7 +146,8 @@ TEST_CASE("newton code: the end of a step") {
     const auto error_at = [&](const Vec& y) {
       Vec F = b.F(b.t, y, -b.mixed(b.formula.error).head(b.n) / b.dt);
       F[b.N - 1] = 0;  // the bare row
-      return Vec(-(b.formula.gamma / b.dt * b.M + b.J).partialPivLu().solve(F));
+      const Mat A = b.formula.gamma / b.dt * b.M + b.J;
+      return Vec(A.partialPivLu().solve(Vec(-F)));
     };
     CHECK(distance(end.error, error_at(b.y)) < 1e-10);
     CHECK(end.sum == doctest::Approx(error_at(b.y).cwiseQuotient(b.scale).squaredNorm()).epsilon(1e-9));

@@ -134,8 +134,8 @@ TEST_CASE("rosenbrock code: a semi-explicit DAE, error estimate and dense output
     const auto lu = (b.M / (b.method.gamma() * b.dt) + b.J).partialPivLu();
     Mat U = Mat::Zero(b.N, 2);
     for (int i = 0; i < 2; ++i)
-      U.col(i) = -lu.solve(b.F(b.from.t, b.y() + U * b.method.A().row(i).transpose(),
-                               (-U * b.method.C().row(i).transpose() / b.dt).head(b.n)));
+      U.col(i) = lu.solve(Vec(-b.F(b.from.t, b.y() + U * b.method.A().row(i).transpose(),
+                                   (-U * b.method.C().row(i).transpose() / b.dt).head(b.n))));
     const Vec y1 = b.y() + U * b.method.m(), error = U * *b.method.e();
     const Vec scale = 1e-4 + 1e-3 * b.y().cwiseAbs().cwiseMax(y1.cwiseAbs()).array();
     const auto end = b.code->run(*b.p, b.from, b.dt, nullptr);

@@ -57,8 +57,9 @@ void check_bands() {
       if (!order) continue;
       ++narrow;
       BandLU<Scalar> lu(positions, order);
-      const Eigen::FullPivLU<Matrix<Scalar>> full(A);
-      if (!full.isInvertible() || full.rcond() < 1e-10) continue;
+      const Eigen::PartialPivLU<Matrix<Scalar>> full(A);
+      const auto pivots = full.matrixLU().diagonal().cwiseAbs().eval();
+      if (!(pivots.minCoeff() > 0) || full.rcond() < 1e-10) continue;
       for (int twice = 0; twice < 2; ++twice) {
         CAPTURE(n);
         CAPTURE(order->below);
@@ -76,8 +77,7 @@ void check_bands() {
       const int sign = lu.determinant(log);
       if constexpr (std::is_same_v<Scalar, double>) {
         CHECK(sign == (full.determinant() > 0 ? 1 : -1));
-        CHECK(log ==
-              doctest::Approx(full.matrixLU().diagonal().cwiseAbs().array().log().sum()).epsilon(1e-9));
+        CHECK(log == doctest::Approx(pivots.array().log().sum()).epsilon(1e-9));
       } else {
         CHECK(sign == 0);
       }
