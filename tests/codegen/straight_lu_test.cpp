@@ -131,6 +131,32 @@ TEST_CASE("straight-line LU: refuses what its pivots do not suit, and singular o
   CHECK(!StraightLU::plan(2, {{1, 1}, {0, 1}, {1, 0}, {0, 0}}, good, false, 1));  // longer than allowed
 }
 
+TEST_CASE("straight-line LU: a plan judges every matrix by the sizes of its own rows") {
+  REQUIRE_CODE(1);
+  const Positions full = {{0, 0}, {0, 1}, {1, 0}, {1, 1}};
+  // Planned where a row is 10¹⁰ long: γ/h at the first step of a run, then the same rows at its end.
+  const double tiny_step[] = {1e10, 1, 1, 0.5}, good[] = {2, 1, 1, 3}, unsuited[] = {1e-7, 1, 1, 1};
+  for (const bool complex : {false, true}) {
+    const auto values = [&](const double* real) {
+      std::vector<double> all;
+      for (int k = 0; k < 4; ++k) {
+        all.push_back(real[k]);
+        if (complex) all.push_back(0);
+      }
+      return all;
+    };
+    auto lu = StraightLU::plan(2, full, values(tiny_step).data(), complex);
+    REQUIRE(lu);
+    REQUIRE(lu->factorise(values(good).data()));
+    CHECK(lu->weakest_pivot() == doctest::Approx(2.5 / 3));
+    CHECK(!lu->factorise(values(unsuited).data()));  // a multiplier of 10⁷ between rows of equal length
+    auto other = StraightLU::plan(2, full, values(good).data(), complex);
+    REQUIRE(other);
+    REQUIRE(other->factorise(values(tiny_step).data()));
+    CHECK(other->weakest_pivot() == doctest::Approx(0.5));
+  }
+}
+
 namespace {
 
 /// A matrix written out, with the entries that are not zero as its pattern.

@@ -43,7 +43,6 @@ class Markowitz {
       const int j = chosen.column;
       order_.row.push_back(chosen.row);
       order_.column.push_back(j);
-      order_.row_scale.push_back(scale_[at(chosen.row)]);
       eliminate(chosen.row, j);
     }
     collect();

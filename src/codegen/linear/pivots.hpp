@@ -11,7 +11,6 @@ struct Elimination {
   std::vector<int> row, column;  ///< of pivot k
   /// Row of pivot k after elimination, in numbers of pivots: lower[k] < k, upper[k] > k, both ascending.
   std::vector<std::vector<int>> lower, upper;
-  std::vector<double> row_scale;  ///< of pivot k: 1/largest entry of its row
 };
 
 /// A: n×n numbers, rows one after the other, zero where there is no entry; `entry`: the pattern (an entry may

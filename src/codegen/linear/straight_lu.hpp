@@ -33,14 +33,14 @@ class StraightLU {
   static std::vector<StraightLU> remembered(int n, const std::vector<Position>& positions, bool complex);
   static constexpr std::size_t most_remembered = 4;
 
-  /// False if a pivot is zero, a multiplier has grown beyond 10³ times what the plan allows, or a number is
-  /// not finite: nothing is factorised then.
+  /// False if a pivot is zero, the multipliers of a row add up to more than 10⁴ (rows of this matrix scaled to largest
+  /// entries of 1; Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., §9.3), or a number is not finite:
+  /// nothing is factorised then.
   bool factorise(const double* values);
   /// b ← A⁻¹ b, n numbers or pairs. Requires a factorisation.
   void solve(double* b);
 
-  /// The smallest pivot of the factorisation, rows scaled as
-  /// when the plan was made: near 0 close to a singular matrix.
+  /// The smallest pivot of the factorisation, rows scaled to largest entries of 1: near 0 close to a singular matrix.
   double weakest_pivot() const;
 
   std::size_t instructions() const;  ///< of factorisation and solution together
@@ -61,16 +61,13 @@ class StraightLU {
  private:
   StraightLU() = default;
   static void remember(const StraightLU& plan);
+  double* factors() { return numbers_.data() + 1 + n_; }
+  const double* factors() const { return numbers_.data() + 1 + n_; }
   int n_ = 0, width_ = 1;  ///< width: numbers per entry
   std::size_t multipliers_ = 0, factors_ = 0;
   std::shared_ptr<const Code> code_;
-  std::vector<double> limits_;  ///< of the multipliers
-  struct Pivot {
-    std::size_t at;  ///< of its reciprocal, among the factors
-    double scale;    ///< of its row
-  };
-  std::vector<Pivot> pivots_;
-  std::vector<double> numbers_;  ///< multipliers | upper part and reciprocal pivots | right side
+  /// growth | sizes of the rows | multipliers | upper part and reciprocal pivots | right side
+  std::vector<double> numbers_;
   std::vector<double> work_;
 };
 
