@@ -101,6 +101,24 @@ test("a pencil with symbols: determinant, and the values for which index and fre
     or tostring(fails:structure()):find("for a₅ = ", 1, true) ~= nil):equals(true)
 end)
 
+test("a pencil with symbols: the values for which two factors vanish", function()
+  local x, y = vars "x y"
+  local a, b, c = params "a b c"
+  local function cases(sys) return tostring(sys:pencil()):gsub(".-free initial values?\n", "", 1) end
+  -- det = s² (a - b) + s (a - 1) - 1, worked by hand: the next coefficient leads where the first is gone
+  expect(cases(dae { a*der(x) + der(y) ~ x, b*der(x) + der(y) ~ -y })):equals(
+    "for a = b: index 1, 1 free initial value\nfor a = 1 and b = 1: index 2, 0 free initial values")
+  expect(cases(dae { a*der(x) + b*y ~ x, c*der(x) + der(y) ~ -y })):equals(
+    "for a = 0: index 1, 1 free initial value\nfor a = 0 and b = -1/c: index 2, 0 free initial values")
+  -- each of two factors, and both, in whichever order they are found
+  expect(cases(dae { a*der(x) ~ y, b*der(y) ~ x + y })):equals(
+    "for a = 0: index 2, 0 free initial values\nfor b = 0: index 1, 1 free initial value\n"
+    .. "for a = 0 and b = 0: index 1, 0 free initial values")
+  -- what two say together agrees with the numbers put in
+  expect(dae { a*der(x) + der(y) ~ x, b*der(x) + der(y) ~ -y }:with{ a = 1, b = 1 }:index()):equals(2)
+  expect(dae { a*der(x) + b*y ~ x, c*der(x) + der(y) ~ -y }:with{ a = 0, b = -1/2, c = 2 }:index()):equals(2)
+end)
+
 test("a start by init, consistent to rounding, is one of a pencil", function()
   local x, y = vars "x y"
   local sys = dae { der(x) ~ -x + y, 0 ~ x - 3*y }

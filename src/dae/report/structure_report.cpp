@@ -6,7 +6,7 @@
 #include "base/text.hpp"
 #include "dae/index/differentiation_index.hpp"
 #include "dae/model/parameter_values.hpp"
-#include "dae/pencil/pencil_polynomial.hpp"
+#include "dae/report/parameter_cases.hpp"
 #include "dae/rank/rank.hpp"
 #include "dae/structure/signature.hpp"
 #include "expr/print/print.hpp"
@@ -46,89 +46,17 @@ void look_at(StructureReport& s, const ConsistentState& at) {
   if (!regular) s.null_vector = null_vector_names(s, J);
 }
 
-std::string answer_text(const IndexResult& t) {
-  return text("index ", t.index_is_bound ? "at most " : "", t.index, ", ", t.dof,
-              t.dof == 1 ? " free initial value" : " free initial values");
-}
-
-/// "index 1, 1 free initial value", or why there is none.
-std::string answer_of(const Model& m) {
-  try {
-    return answer_text(differentiation_index(m));
-  } catch (const UserFacing&) {
-    return "no index";
-  }
-}
-
-Model without_value(const Model& m, std::optional<Expr> p) {
-  Model other = m;
-  if (p)
-    other.values.erase(*p);
-  else
-    other.values.clear();
-  return other;
-}
-
-constexpr std::size_t affordable_cases = 12;  // unknowns of a model that is analysed for other values
-
-/// Factors of det J, and for linear models those of the leading coefficient of det(sE - A), which tells more where
-/// the structure fails.
-std::vector<Expr> factors_that_decide(const StructureReport& s) {
-  std::vector<Expr> factors;
-  for (const DeterminantFactor& c : s.validity.conditions) factors.push_back(c.factor);
-  try {
-    const std::vector<Expr> coefficients = pencil_polynomial(*s.model);
-    if (coefficients.empty()) return factors;
-    for (Expr f : vanishing_factors(coefficients.back()))
-      if (std::find(factors.begin(), factors.end(), f) == factors.end()) factors.push_back(f);
-  } catch (const UserFacing&) {  // not linear with constant coefficients
-  }
-  return factors;
-}
-
-/// The model at a value of a parameter, which may contain others.
-Model with_value(const Model& m, Expr p, Expr value) {
-  Model there = m;
-  if (value.is_constant()) {
-    there.values[p] = value;
-    return there;
-  }
-  there.values.erase(p);
-  for (Expr& residual : there.residuals) residual = simplify(substitute(residual, {{p, value}}));
-  return there;
-}
-
-/// What holds where one of these factors vanishes, or for all other values if the model has such values. For values that
-/// the model does not have, only what differs and exists is told.
-void parameter_cases(StructureReport& s) {
-  constexpr std::size_t most_cases = 4;
-  const Model& m = *s.model;
-  if (m.variables.size() > affordable_cases) return;
-  const std::string here = answer_of(m);
-  std::vector<std::string> told;
-  const auto tell = [&](const std::string& where, const std::string& answer, bool always) {
-    const std::string line = "for " + where + ": " + answer;
-    const bool new_line = std::find(told.begin(), told.end(), line) == told.end();
-    if (told.size() < most_cases && new_line && (always || (answer != here && answer != "no index")))
-      told.push_back(line);
-  };
-  for (Expr factor : factors_that_decide(s)) {
-    const bool holds = at_values(std::vector<Expr>{factor}, m.values)[0].is_zero();
-    for (const auto& [p, value] : exceptional_values(factor))
-      if (!holds)
-        tell(text(to_text(p), " = ", to_text(value)), answer_of(with_value(m, p, value)), !m.values.count(p));
-      else if (at_values(std::vector<Expr>{p - value}, m.values)[0].is_zero())
-        tell(text(to_text(p), " ≠ ", to_text(value)), answer_of(without_value(m, p)), m.values.count(p) > 0);
-  }
-  s.notes.insert(s.notes.end(), told.begin(), told.end());
+void add_parameter_cases(StructureReport& s) {
+  const auto cases = parameter_cases(*s.model, s.validity.conditions);
+  s.notes.insert(s.notes.end(), cases.begin(), cases.end());
 }
 
 /// Where the structure says nothing, the index may still be that of these parameter values only.
 void other_values(StructureReport& s, const IndexResult& known) {
   const Model& m = *s.model;
-  if (m.values.empty() || m.variables.size() > affordable_cases) return;
+  if (m.values.empty() || m.variables.size() > most_unknowns_of_cases) return;
   try {
-    const IndexResult generic = differentiation_index(without_value(m, {}));
+    const IndexResult generic = differentiation_index(without_values(m));
     if (generic.index != known.index || generic.dof != known.dof)
       s.notes.push_back("for almost all other parameter values: " + answer_text(generic));
   } catch (const UserFacing&) {  // nothing can be said about them
@@ -176,11 +104,11 @@ StructureReport structure(const ModelPtr& model, const ConsistentStatePtr& at) {
   if (at) look_at(s, *at);
   if (s.analysis.standing == Standing::identically) {
     s.verdict = Verdict::identically_singular;
-    parameter_cases(s);
+    add_parameter_cases(s);
     return s;
   }
   s.validity = determinant_factors(m, s.analysis, s.blocks);
-  parameter_cases(s);
+  add_parameter_cases(s);
   if (!s.analysis.regular)
     s.verdict = Verdict::identically_singular;
   else if (s.gap && *s.gap == 0)
