@@ -18,9 +18,11 @@
 namespace pendula::dae {
 
 /// Rows without derivatives, those that are linear in an unknown with a number as its factor solved for it and put into
-/// the others: where x + y + z = 2, x² + y² + z² = 1 is definite.
+/// the others: where x + y + z = 2, x² + y² + z² = 1 is definite. Short ones: forces of springs, put into each other, took
+/// half a minute to simplify.
 static std::vector<Expr> without_linear_rows(std::vector<Expr> rows) {
-  constexpr std::size_t few = 8;
+  constexpr std::size_t few = 8, short_row = 60, short_solution = 20;  // rows; nodes
+  const auto is_long = [](Expr e, std::size_t most) { return topological({&e, 1}).size() > most; };
   const auto is_dynamic = [](Expr row) {
     const auto inside = leaves({&row, 1});
     return std::any_of(inside.begin(), inside.end(), [](Expr leaf) { return symbol_of(leaf).order > 0; });
@@ -29,11 +31,14 @@ static std::vector<Expr> without_linear_rows(std::vector<Expr> rows) {
   if (rows.size() < 2 || rows.size() > few) return {};
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Expr row = rows[i];
+    if (is_long(row, short_row)) continue;
     for (Expr x : leaves({&row, 1})) {
       const Expr slope = simplify(partial(row, x));
       if (!exact_value(slope) || slope.is_zero()) continue;
       const Expr solved = simplify(x - row / slope);
-      for (Expr& other : rows) other = simplify(substitute(other, {{x, solved}}));
+      if (is_long(solved, short_solution)) continue;
+      for (Expr& other : rows)
+        if (!is_long(other, short_row)) other = simplify(substitute(other, {{x, solved}}));
       break;
     }
   }

@@ -15,6 +15,7 @@
 #include "dae/regularise/least_norm.hpp"
 #include "integrate/simulation/problem_setup.hpp"
 #include "integrate/simulation/run_parts.hpp"
+#include "integrate/simulation/usual_tolerances.hpp"
 
 namespace pendula::integrate {
 namespace {

@@ -12,9 +12,9 @@
 #include "integrate/event/pulses.hpp"
 #include "integrate/event/resets.hpp"
 #include "integrate/problem/per_equations.hpp"
-#include "integrate/problem/rhs_solver.hpp"
 #include "integrate/run/methods.hpp"
 #include "integrate/simulation/preparation.hpp"
+#include "integrate/simulation/usual_tolerances.hpp"
 
 namespace pendula::integrate {
 
@@ -85,51 +85,6 @@ static Point starting_point(const dae::ConsistentState& start, const dae::FirstO
   }
   for (std::size_t i = 0; i < form.z.size(); ++i) point.z[static_cast<Eigen::Index>(i)] = value(form.z[i]);
   return point;
-}
-
-/// Sizes told by x′ alone and far below the largest: 0 where they are rounding errors, which change altogether with the
-/// last digits of x. Which of them are none, whatever the units.
-static std::vector<char> without_noise(Vec& size, const ProblemPtr& problem, const Point& start,
-                                       double interval) {
-  constexpr double small = 1e-6, last_digits = 1e-15, clear = 100;
-  const double largest = size.maxCoeff();
-  const Eigen::Index n = start.x.size();
-  std::vector<char> certain(static_cast<std::size_t>(size.size()), 0);
-  std::vector<Eigen::Index> suspects;
-  for (Eigen::Index i = 0; i < n; ++i)
-    if (size[i] > std::fabs(start.x[i]) && size[i] < small * largest) suspects.push_back(i);
-  if (suspects.empty()) return certain;
-  Stats stats;
-  RhsSolver derivative(problem, stats);
-  Point there = start;
-  for (Eigen::Index i = 0; i < n; ++i) there.x[i] *= 1 + (i % 2 == 0 ? last_digits : -last_digits);
-  if (!derivative(there.t, there.x.data(), there.xdot.data(), there.z.data())) return certain;
-  for (Eigen::Index i : suspects)
-    if (size[i] <= clear * interval * std::fabs(there.xdot[i] - start.xdot[i]))
-      size[i] = 0;
-    else
-      certain[i] = 1;
-  return certain;
-}
-
-/// atol/rtol where nothing was asked for: 10⁻³, or a hundredth of the size of the unknown where that is
-/// less: a model in metres whose lengths are nanometres must not be at rest within its tolerance.
-static Vec usual_share(const ProblemPtr& problem, const Point& start, double interval) {
-  constexpr double share = 1e-3, rounding = 1e-12;  // a start that is 0 to rounding says nothing about sizes
-  Vec size(start.x.size() + start.z.size());
-  size << start.x.cwiseAbs().cwiseMax(interval * start.xdot.cwiseAbs()), start.z.cwiseAbs();
-  const double largest = size.size() && size.allFinite() ? size.maxCoeff() : 0;
-  if (!(largest > 0)) return Vec::Constant(size.size(), share);
-  const std::vector<char> certain = without_noise(size, problem, start, interval);
-  for (Eigen::Index i = 0; i < size.size(); ++i)
-    size[i] = std::min(share, 1e-2 * (certain[i] || size[i] > rounding * largest ? size[i] : largest));
-  return size;
-}
-
-static double usual_rtol(const Simulation& simulation) { return simulation.rtol.all.value_or(1e-6); }
-
-Vec usual_atol(const Simulation& simulation, const ProblemPtr& problem, const Point& start) {
-  return usual_rtol(simulation) * usual_share(problem, start, simulation.plan.to - simulation.plan.from);
 }
 
 /// One number per unknown of (x, z).

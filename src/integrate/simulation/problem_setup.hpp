@@ -24,9 +24,6 @@ ProblemPtr make_problem(const dae::ModelPtr& model, const Simulation& simulation
 /// Throws Error where the index is 2 or more, with the remedy.
 void require_low_index(const dae::Model& model, bool direct);
 
-/// atol of every unknown (x, z) where none is asked for, from its size at the start.
-Vec usual_atol(const Simulation& simulation, const ProblemPtr& problem, const Point& start);
-
 /// Writes the model's events, tolerances and indices into the plan of a run. so_far: the trajectory that
 /// callbacks of events see; it is filled in later.
 void complete_plan(Plan& plan, const dae::ModelPtr& model, const Simulation& simulation,

@@ -9,6 +9,7 @@
 #include "dae/model/lineage.hpp"
 #include "dae/reduce/reduced_forms.hpp"
 #include "integrate/simulation/problem_setup.hpp"
+#include "integrate/simulation/usual_tolerances.hpp"
 
 namespace pendula::integrate {
 

@@ -39,3 +39,37 @@ for name, make in pairs(models) do
     end
   end)
 end
+
+test("large numbers are no reason for short steps: a spring pendulum in metres … picometres", function()
+  local x1, y1, x2, y2 = vars "x1 y1 x2 y2"
+  local function run(L, method)
+    local sys = lagrange { q = { x1, y1, x2, y2 },
+      T = (der(x1)^2 + der(y1)^2)/2 + 0.35*(der(x2)^2 + der(y2)^2),
+      V = 9.81*L*(y1 + 0.7*y2) + 100*(sqrt((x2 - x1)^2 + (y2 - y1)^2) - 0.3*L)^2,
+      C = { x1^2 + y1^2 - 0.25*L^2 } }
+    local start = sys:init { fix = { x1 = 0.5*L, x2 = 0.8*L, y2 = 0, [der(x2)] = 0, [der(y2)] = 0,
+      [der(y1)] = 0 }, guess = { y1 = 0 } }
+    local sol = sys:reduce():integrate { start = start, to = 1, rtol = 1e-8, method = method }
+    return sol(x1, 1)/L, sol(y2, 1)/L, sol:stats().steps
+  end
+  for _, method in ipairs { "auto", "radau", "bdf" } do   -- 1000, 48 and 45 times the steps in picometres before
+    local a, b, steps = run(1, method)
+    for _, L in ipairs { 1e3, 1e6, 1e9, 1e12 } do
+      local c, d, more = run(L, method)
+      expect(c):near(a, 1e-6)
+      expect(d):near(b, 1e-6)
+      expect(more < 1.3*steps):equals(true)
+    end
+  end
+end)
+
+test("what falls from a large start keeps its digits for six decades, and what oscillates is not loosened", function()
+  for _, size in ipairs { 1, 1e4, 1e9, 1e15 } do
+    local sol = dae { der(x) ~ -x }:integrate { start = { x = size }, to = 13.8, rtol = 1e-6 }
+    expect(sol(x, 13.8)/size*math.exp(13.8)):near(1, 3e-6)
+  end
+  -- u′ times the length of the run is no size of u
+  local wave = dae { der(u) ~ v, der(v) ~ -u }
+    :integrate { start = { u = 0, v = 1 }, to = 2000*math.pi, rtol = 1e-8 }
+  expect(wave:final(u)):near(0, 3e-5)
+end)

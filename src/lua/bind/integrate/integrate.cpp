@@ -105,8 +105,8 @@ extern const Module integrate_module = {
             =, params =, direct =, sensitivities =, dt0 =, dtmax =, max_steps =, guards = } -> solution)",
          R"(Solves the initial value problem: with dt by fixed steps of any tableau; without, with steps
             chosen so that the error of every step is below atol + rtol |x| (1e-3 rtol and 1e-6 where they are
-            not given, less for variables that are small at the start; a number, a list, or { [x] = 1e-9 }), by a method that is chosen and named in
-            stats(), or by "radau", "bdf", "dopri5", "tsit5", "dop853", "rodas", "gauss", "rkc". start is a result
+            not given, less for variables that are small at the start, more for those beyond 1000; a number,
+            a list, or { [x] = 1e-9 }), by a method that is chosen and named in stats(), or by "radau", "bdf", "dopri5", "tsit5", "dop853", "rodas", "gauss", "rkc". start is a result
             of init or a table; times: the times to save; inputs: { [u] = function(t) … end, an expression,
             iddata, or samples { t = {…}, u = {…}, hold = "linear" or "zero" } }; events: a list of { when
             = e, direction = -1, 0 or 1, then action = "stop", reset = { [v] = -0.9*v } or call =

@@ -1,0 +1,79 @@
+#include "integrate/simulation/usual_tolerances.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "integrate/problem/rhs_solver.hpp"
+#include "integrate/simulation/natural_sizes.hpp"
+
+namespace pendula::integrate {
+namespace {
+
+constexpr double usual_share = 1e-3, large_size = 1e3;
+
+/// Sizes told by x′ alone and far below the largest: 0 where they are rounding errors, which change altogether with the
+/// last digits of x. Which of them are none, whatever the units.
+std::vector<char> without_noise(Vec& size, const ProblemPtr& problem, const Point& start, double interval) {
+  constexpr double small = 1e-6, last_digits = 1e-15, clear = 100;
+  const double largest = size.maxCoeff();
+  const Eigen::Index n = start.x.size();
+  std::vector<char> certain(static_cast<std::size_t>(size.size()), 0);
+  std::vector<Eigen::Index> suspects;
+  for (Eigen::Index i = 0; i < n; ++i)
+    if (size[i] > std::fabs(start.x[i]) && size[i] < small * largest) suspects.push_back(i);
+  if (suspects.empty()) return certain;
+  Stats stats;
+  RhsSolver derivative(problem, stats);
+  Point there = start;
+  for (Eigen::Index i = 0; i < n; ++i) there.x[i] *= 1 + (i % 2 == 0 ? last_digits : -last_digits);
+  if (!derivative(there.t, there.x.data(), there.xdot.data(), there.z.data())) return certain;
+  for (Eigen::Index i : suspects)
+    if (size[i] <= clear * interval * std::fabs(there.xdot[i] - start.xdot[i]))
+      size[i] = 0;
+    else
+      certain[i] = 1;
+  return certain;
+}
+
+/// A hundredth of the size of the unknown, at most 10⁻³: a model in metres whose lengths are nanometres must not be at
+/// rest within its tolerance.
+Vec small_shares(const Vec& size, const std::vector<char>& certain) {
+  constexpr double rounding = 1e-12;  // a start that is 0 to rounding says nothing about sizes
+  const double largest = size.maxCoeff();
+  Vec share(size.size());
+  for (Eigen::Index i = 0; i < size.size(); ++i)
+    share[i] = std::min(usual_share, 1e-2 * (certain[i] || size[i] > rounding * largest ? size[i] : largest));
+  return share;
+}
+
+/// A millionth of the size of the unknown where that is more than 10⁻³: a model in nanometres must not follow its zeros
+/// to all digits (21 732 steps of a spring pendulum in place of 107). What falls by six decades keeps its digits.
+/// The equations tell sizes, since much is 0 at a start, but none beyond a thousand times what the start shows.
+void raise_to_large_sizes(Vec& share, const Vec& size, const Vec& natural) {
+  constexpr double negligible = 1e-6, believed = 1e3;
+  for (Eigen::Index i = 0; i < share.size(); ++i) {
+    const double told = size[i] > 0 ? std::min(natural[i], believed * size[i]) : natural[i];
+    share[i] = std::max(share[i], negligible * told);
+  }
+}
+
+}  // namespace
+
+double usual_rtol(const Simulation& simulation) { return simulation.rtol.all.value_or(1e-6); }
+
+Vec usual_atol(const Simulation& simulation, const ProblemPtr& problem, const Point& start) {
+  const double from = simulation.plan.from, interval = simulation.plan.to - from;
+  Vec size(start.x.size() + start.z.size());
+  size << start.x.cwiseAbs().cwiseMax(interval * start.xdot.cwiseAbs()), start.z.cwiseAbs();
+  const double largest = size.size() && size.allFinite() ? size.maxCoeff() : 0, rtol = usual_rtol(simulation);
+  if (!(largest > 0)) return Vec::Constant(size.size(), rtol * usual_share);
+  const std::vector<char> certain = without_noise(size, problem, start, interval);
+  Vec share = small_shares(size, certain);
+  if (largest > large_size) {
+    Problem own(*problem);
+    raise_to_large_sizes(share, size, natural_sizes(own, start, from, interval));
+  }
+  return rtol * share;
+}
+
+}  // namespace pendula::integrate
