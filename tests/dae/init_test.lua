@@ -311,3 +311,32 @@ test("three roots of a cubic: the others are listed, whichever was taken", funct
     end
   end
 end)
+
+-- Values that are wrong in their last digits: the nearest start is beside them in any unit of length. A least
+-- step of all unknowns moved velocities by a third where nothing tells the unit of an acceleration.
+test("nearest values of a mechanism in metres, micrometres, nanometres", function()
+  local q = var("q", 3)
+  local function platform(pins, unit)
+    local C, c, s = {}, cos(q[3]), sin(q[3])
+    for i, p in ipairs(pins) do
+      local x, y = q[1] + unit*(p[1]*c - p[2]*s - p[1]), q[2] + unit*(p[1]*s + p[2]*c - p[2])
+      C[i] = x^2 + y^2 - (0.5*unit)^2
+    end
+    return lagrange { q = q, T = (q[1].dot^2 + q[2].dot^2)/2 + unit^2*q[3].dot^2/6, V = 9.81*unit*q[2],
+      C = C }:reduce "project"
+  end
+  -- pins, angle and speed of the cranks; at the second they are nearly dependent
+  for _, case in ipairs { { { { -0.5, 0.1 }, { 0.2, 0.4 } }, 2.91745, -4.768 },
+    { { { 0.7, -0.2 }, { 1.1, 0.3 } }, 0.90408410444614, -1.62266834 },
+    { { { -0.5, 0.1 }, { 0.2, 0.4 } }, 1, 2 } } do
+    for _, unit in ipairs { 1, 1e6, 1e9 } do
+      local phi, w = case[2], case[3]
+      local values = { [q[1]] = math.cos(phi)/2*unit, [q[2]] = math.sin(phi)/2*unit, [q[3]] = -8e-12,
+        [q[1].dot] = -w*math.sin(phi)/2*unit, [q[2].dot] = w*math.cos(phi)/2*unit, [q[3].dot] = -2e-9 }
+      local start = platform(case[1], unit):init { nearest = true, fix = values }
+      for leaf, value in pairs(values) do
+        expect(start(leaf)):near(value, 1e-6*math.max(1, math.abs(value)))
+      end
+    end
+  end
+end)

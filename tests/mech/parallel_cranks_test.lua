@@ -46,6 +46,23 @@ test("the motion of the pendulum, whichever cranks hold the platform, in three u
   end
 end)
 
+-- A long step passes such a position from where a choice serves to where it serves again, which is noticed a
+-- step later; the next choice begins where the gradients of the last one still tell the motion.
+test("in another unit, at other tolerances: short steps and long ones", function()
+  for _, unit in ipairs { 1, 1000, 1e6 } do
+    for _, pins in ipairs { three, four } do
+      local sys = platform(pins, unit)
+      local form, start = sys:reduce(), start_of(sys, unit)
+      for _, digits in ipairs { 5, 6.4, 7.8 } do
+        local sol = form:integrate { start = start, to = 3, rtol = 10^-digits }
+        expect(sol.status):equals "finished"
+        expect(sol(q[1], 3)/unit):near(r*math.sin(exact(a, 3)), 30*10^-digits)
+        expect(sol(q[3], 3)):near(0, 1e-6)
+      end
+    end
+  end
+end)
+
 test("every form and method; times that are asked for", function()
   local sys = platform(four, 1)
   local start = start_of(sys, 1)

@@ -179,9 +179,14 @@ DummyPivoting::DummyPivoting(const ModelPtr& source) : model_(source), analysis_
   for (std::size_t j = 0; j < equations.columns().size(); ++j)
     size[equations.columns()[j]] = equations.unit()[static_cast<Index>(j)];
   unit_ = Vec::Ones(static_cast<Index>(source->variables.size()));
+  // Of the highest derivative, which is what an equation is solved for: in nanometres a velocity that is known from its
+  // derivative alone has no unit of its own.
   for (std::size_t j = 0; j < source->variables.size(); ++j)
-    if (const auto it = size.find(source->variables[j].leaf); it != size.end())
-      unit_[static_cast<Index>(j)] = it->second;
+    for (int order = analysis_.offsets.d[j]; order >= 0; --order)
+      if (const auto it = size.find(derivative_leaf(source->variables[j].leaf, order)); it != size.end()) {
+        unit_[static_cast<Index>(j)] = it->second;
+        break;
+      }
 }
 
 std::unordered_map<Expr, double> DummyPivoting::generic_point(bool in_units_near_1) const {

@@ -39,13 +39,18 @@ class Nearest {
 
   StartSolution run() {
     StartSolution at = solve_start(s_, equations_);
+    StartSolution beside = beside_fixes(at.w);
+    if (beside.solved && !(at.solved && distance(at.w) <= distance(beside.w))) at = std::move(beside);
     if (!at.solved) return at;
     for (int k = 0; k < most_steps; ++k) {
       poll_interrupt();
-      const Vec step = newton_step(at.w);
-      const double size = step.norm(), far = 1 + at.w.cwiseQuotient(s_.unit).norm();
-      if (!std::isfinite(size) || size <= 1e-14 * far) break;
-      if (!move(at, step)) break;
+      const auto [newton, gauss] = steps(at.w);
+      const double far = 1 + at.w.cwiseQuotient(s_.unit).norm();
+      const auto goes_on = [&](const Vec& step) {
+        const double size = step.norm();
+        return std::isfinite(size) && size > 1e-14 * far && move(at, step);
+      };
+      if (!goes_on(newton) && !goes_on(gauss)) break;
     }
     // What is left of the fixes is what moved; the equations hold.
     return at;
@@ -56,6 +61,27 @@ class Nearest {
 
   double distance(const Vec& w) const {
     return weight_.cwiseProduct((w - target_).cwiseQuotient(s_.unit)).norm();
+  }
+
+  /// From the fixes themselves, what is free solved for beside them: a least step of all together would rather move
+  /// coordinates by a percent than an acceleration by 10⁷ of a unit that nothing tells.
+  StartSolution beside_fixes(Vec w) const {
+    constexpr int few = 5;
+    for (Index j = 0; j < w.size(); ++j)
+      if (weight_[j] != 0) w[j] = target_[j];
+    if (w.size() != n_ || !w.allFinite()) return {};
+    for (int k = 0; k < few; ++k) {
+      Mat J = Mat(s_.jacobian(w)).topRows(static_cast<Index>(s_.first_fix));
+      if (!J.allFinite()) return {};
+      for (Index j = 0; j < n_; ++j)
+        if (weight_[j] != 0) J.col(j).setZero();
+      const auto [row, column] = scales(J);
+      const Vec right = row.cwiseProduct(s_.residual(w).head(J.rows()));
+      const Vec step = Eigen::CompleteOrthogonalDecomposition<Mat>(J).solve(right);
+      if (!step.allFinite()) return {};
+      w -= column.cwiseProduct(step).cwiseProduct(s_.unit);
+    }
+    return gauss_newton(s_, w, equations_);
   }
 
   bool move(StartSolution& at, const Vec& step) {
@@ -92,25 +118,47 @@ class Nearest {
     return H;
   }
 
-  /// In units: the step in the null space of J (the point satisfies the equations) that minimises the model.
-  Vec newton_step(const Vec& w) const {
-    const Mat J = Mat(s_.jacobian(w)).topRows(static_cast<Index>(s_.first_fix));
+  /// Makes the rows of J 1 long, and columns of unknowns that may move freely: accelerations in nanometres have units of
+  /// 10⁻⁹ … 10⁹ where nothing but their equations tells them. What J was multiplied by: rows, columns.
+  std::pair<Vec, Vec> scales(Mat& J) const {
+    Vec row = Vec::Ones(J.rows()), column = Vec::Ones(n_);
+    const auto inverse = [](double length) { return length > 0 ? 1 / length : 1.0; };
+    for (int sweep = 0; sweep < 3; ++sweep) {
+      for (Index i = 0; i < J.rows(); ++i) {
+        const double factor = inverse(J.row(i).norm());
+        J.row(i) *= factor;
+        row[i] *= factor;
+      }
+      for (Index j = 0; j < n_; ++j) {
+        if (weight_[j] != 0) continue;
+        const double factor = inverse(J.col(j).norm());
+        J.col(j) *= factor;
+        column[j] *= factor;
+      }
+    }
+    return {row, column};
+  }
+
+  /// In units: the step in the null space of J (the point satisfies the equations) that minimises the model, and the one
+  /// without the curvature of the equations: that descends always, also where the other is lost in rounding errors.
+  std::pair<Vec, Vec> steps(const Vec& w) const {
+    Mat J = Mat(s_.jacobian(w)).topRows(static_cast<Index>(s_.first_fix));
+    const auto [row, column] = scales(J);
     const Vec g = weight_.cwiseProduct((w - target_).cwiseQuotient(s_.unit));
     Eigen::ColPivHouseholderQR<Mat> qr;
     qr.setThreshold(1e-9);
     qr.compute(Mat(J.transpose()));
     const Mat Z = full_q(qr.householderQ()).rightCols(n_ - qr.rank());
-    if (Z.cols() == 0) return Vec::Zero(n_);
-    const Vec lambda = qr.solve(Vec(-g));
+    if (Z.cols() == 0) return {Vec::Zero(n_), Vec::Zero(n_)};
+    const Vec lambda = row.cwiseProduct(Vec(qr.solve(Vec(-g))));
     const Mat weight = weight_.asDiagonal();
-    Mat H = Z.transpose() * (weight + hessian(w, lambda)) * Z;
-    const Mat gauss = Z.transpose() * weight * Z;
     const auto least = [&](const Mat& M) -> Vec {
-      return Z * Vec(Eigen::CompleteOrthogonalDecomposition<Mat>(M).solve(Vec(-(Z.transpose() * g))));
+      const Eigen::CompleteOrthogonalDecomposition<Mat> reduced(Z.transpose() * M * Z);
+      return column.cwiseProduct(Z * Vec(reduced.solve(Vec(-(Z.transpose() * g)))));
     };
-    const Vec newton = least(H);
-    if (newton.allFinite() && newton.dot(g) <= 0) return newton;
-    return least(gauss);  // a descent direction always
+    const Mat curvature = column.asDiagonal() * hessian(w, lambda) * column.asDiagonal();
+    const Vec newton = least(weight + curvature), gauss = least(weight);
+    return {newton.allFinite() && newton.dot(g) <= 0 ? newton : gauss, gauss};
   }
 
   const StartSystem& s_;

@@ -37,23 +37,29 @@ FlushDenormals::~FlushDenormals() = default;
 namespace {
 
 /// Most of the way from the last point that is kept to where the run stops: a step may have passed over it that was a good
-/// part of the run. No event lies on it: those of that step have been looked for.
-void come_closer(AdaptiveState& state, MethodSelector& method, double t) {
+/// part of the run. No event lies on it: those of that step have been looked for. By halves, so that what ends a run there
+/// for another reason (plan().stop_when: another choice of constraints serves better) is seen before errors have grown;
+/// true if it has.
+bool come_closer(AdaptiveState& state, MethodSelector& method, const Point& from, double t) {
   constexpr double rest = 1e-3;  // of the way: behind that, equations that become singular multiply errors
   constexpr int most_steps = 100;
-  const Point from = state.stepper().before();
   const double end = t - rest * (t - from.t);
-  if (!(end > from.t)) return;
-  state.end = end;
+  if (!(end > from.t)) return false;
+  const auto& stop_when = state.plan.stop_when;
+  double left = t - from.t;
   try {
     state.stepper().start(from, end);
     for (int k = 0; k < most_steps && state.reached < end; ++k) {
+      if (state.reached >= t - left) left /= 2;
+      state.end = std::min(t - left, end);
       method.step();
       state.view_step();
       state.keep(state.stepper().here(), false);
+      if (stop_when && stop_when(state.stepper().here())) return true;
     }
   } catch (const Failure&) {  // near enough
   }
+  return false;
 }
 
 /// Does a reason say that something vanishes, as those of guards do?
@@ -212,14 +218,15 @@ class AdaptiveRun {
 
   /// A monitor ends the run: what is behind its time is taken back.
   void stop_at(const Stop& stop, RunOutcome& outcome) {
-    StepHistory& history = *state_.history;
-    state_.reached = history.has_forgotten() ? stop.known : history.cut(stop.t);
+    state_.reached = state_.history->has_forgotten() ? stop.known : state_.history->cut(stop.t);
     state_.solution->cut(state_.reached);
     state_.writer.rewind(state_.reached);
     outcome = stopped_at(stop, 6);
-    if (state_.reached != stepper().before().t) return;
-    stop_point_ = point_near(stop.t);
-    come_closer(state_, method_, stop.t);
+    const bool in_last_step = state_.reached == stepper().before().t;
+    if (!in_last_step && state_.history->has_forgotten()) return;
+    if (in_last_step) stop_point_ = point_near(stop.t);
+    const Point from = in_last_step ? stepper().before() : state_.solution->at(state_.reached);
+    if (come_closer(state_, method_, from, stop.t)) outcome = {Ending::stop_when, ""};
   }
 
   /// A step across a pole is taken back; shorter ones come closer, until the run ends before it.
@@ -252,10 +259,9 @@ class AdaptiveRun {
     }
     --state_.stats().steps;
     ++state_.stats().rejected;
-    const Point start = stepper().before();
     state_.end = *first;
     state_.limit(*first);
-    stepper().start(start, state_.end);
+    stepper().start(Point(stepper().before()), state_.end);
     return true;
   }
 

@@ -58,22 +58,18 @@ class KeptMonitor {
   KeptMonitor(const dae::Mechanics& mechanics, std::vector<Index> kept, const dae::ModelPtr& model,
               const Simulation& simulation)
       : mechanics_(mechanics), kept_(std::move(kept)), problem_(make_problem(model, simulation)) {
-    std::vector<Expr> slopes;
-    for (const Entry& e : mechanics.dCdq)
-      slopes.push_back(substitute(dae::resolve(*model, e.value), simulation.inputs));
-    kernel_ = codegen::Kernel(slopes, problem_->arguments());
+    std::vector<Expr> values;
+    for (const std::vector<Entry>* entries : {&mechanics.dCdq, &mechanics.M})
+      for (const Entry& e : *entries)
+        values.push_back(substitute(dae::resolve(*model, e.value), simulation.inputs));
+    kernel_ = codegen::Kernel(values, problem_->arguments());
   }
 
   /// False, too, where all gradients together lose their rank: no choice helps there.
   bool is_much_worse(const Point& point) {
     constexpr double singular = 1e-6;
-    problem_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
-    const std::vector<double> slopes = kernel_(problem_->values());
-    Mat J = Mat::Zero(mechanics_.C.size(), mechanics_.q.size());
-    for (std::size_t k = 0; k < slopes.size(); ++k)
-      J(mechanics_.dCdq[k].row, mechanics_.dCdq[k].column) = slopes[k];
+    const Mat J = gradients(point);
     if (!J.allFinite()) return false;
-    J = dae::equilibrated(J);
     const Eigen::ColPivHouseholderQR<Mat> all(J.transpose());
     const auto rank = static_cast<Index>(kept_.size());
     const auto& order = all.colsPermutation().indices();
@@ -83,6 +79,24 @@ class KeptMonitor {
   }
 
  private:
+  /// Of all constraints, of length 1 in the metric of the masses: √(g M⁻¹ gᵀ) is the same in any unit of any
+  /// coordinate. Without one (coordinates without inertia), rows and columns scaled.
+  Mat gradients(const Point& point) {
+    problem_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+    const std::vector<double> values = kernel_(problem_->values());
+    const Index n = mechanics_.q.size();
+    Mat J = Mat::Zero(mechanics_.C.size(), n), M = Mat::Zero(n, n);
+    const double* value = values.data();
+    for (const Entry& e : mechanics_.dCdq) J(e.row, e.column) = *value++;
+    for (const Entry& e : mechanics_.M) M(e.row, e.column) = *value++;
+    if (!J.allFinite() || !M.allFinite()) return Mat::Constant(1, 1, NAN);
+    const Vec unit = M.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    const Eigen::LLT<Mat> root(unit.asDiagonal() * M * unit.asDiagonal());
+    if (root.info() != Eigen::Success) return dae::equilibrated(J);
+    J = root.matrixL().solve((J * unit.asDiagonal()).transpose()).transpose();
+    return J.rowwise().normalized();
+  }
+
   static double least_singular(const Mat& J) { return Eigen::JacobiSVD<Mat>(J).singularValues().minCoeff(); }
 
   const dae::Mechanics& mechanics_;
