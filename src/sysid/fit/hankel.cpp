@@ -1,7 +1,6 @@
 #include "sysid/fit/hankel.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 
 #include "base/decompositions.hpp"
@@ -58,28 +57,15 @@ LongMat moments(const Mat& s, Index blocks, Index windows) {
   return G;
 }
 
-/// G = Rᵀ R with R upper triangular; false where G is not positive definite. Eigen's would be compiled for this file alone.
-bool factorise(const LongMat& G, LongMat& R) {
-  const Index n = G.rows();
-  R = LongMat::Zero(n, n);
-  for (Index j = 0; j < n; ++j)
-    for (Index i = 0; i <= j; ++i) {
-      long double rest = G(i, j);
-      for (Index k = 0; k < i; ++k) rest -= R(k, i) * R(k, j);
-      if (i == j && !(rest > 0)) return false;
-      R(i, j) = i == j ? std::sqrt(rest) : rest / R(i, i);
-    }
-  return true;
-}
-
 /// Nothing where the factor would have lost digits: an entry r of the diagonal, relative to the norm of its column,
 /// carries the relative error u/r² with u ≈ 1e-17 of the sums above.
 std::optional<Mat> cholesky(const LongMat& G) {
   const auto scale = G.diagonal().cwiseSqrt().eval();
   if (!(scale.minCoeff() > 0)) return std::nullopt;
   const auto inverse = scale.cwiseInverse().asDiagonal();
-  LongMat R;
-  if (!factorise(inverse * G * inverse, R)) return std::nullopt;
+  const Eigen::LLT<LongMat> llt(LongMat(inverse * G * inverse));
+  if (llt.info() != Eigen::Success) return std::nullopt;
+  const LongMat R = llt.matrixU();
   if (!(R.diagonal().minCoeff() > 3e-4L)) return std::nullopt;
   return Mat((R * scale.asDiagonal()).cast<double>());
 }
