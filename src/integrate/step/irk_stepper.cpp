@@ -250,7 +250,8 @@ void IrkStepper::step(double end) {
       continue;
     }
     const double correction = correction_at_end(dt);
-    if (const double more = std::max(correction, stiff_error_at_end(dt)); more >= 1) {
+    if (const double more = std::max({correction, stiff_error_at_end(dt), missed_between_stages(dt)});
+        more >= 1) {
       need_jacobian = !jacobian_.fresh;
       reject(dt, Rejection::error, more);
       continue;

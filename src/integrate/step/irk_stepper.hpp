@@ -138,6 +138,7 @@ class IrkStepper final : public Stepper {
   void solve_stages();
   double error_norm(double dt, bool again);
   double correction_at_end(double dt);
+  double missed_between_stages(double dt);
   double stiff_error_at_end(double dt);
   void release_stiff_error(double dt);
   double damped_error_norm(double dt, bool again);
