@@ -114,6 +114,10 @@ test("a pencil with symbols: the values for which two factors vanish", function(
   expect(cases(dae { a*der(x) ~ y, b*der(y) ~ x + y })):equals(
     "for a = 0: index 2, 0 free initial values\nfor b = 0: index 1, 1 free initial value\n"
     .. "for a = 0 and b = 0: index 1, 0 free initial values")
+  -- no such values: a = 1/b has none where b = 0, and x/a none at a = 0
+  expect(cases(dae { (a*b - 1)*der(x) + b*x + y ~ 0, -x + der(y) ~ 0 })):equals(
+    "for a = 1/b: index 1, 1 free initial value")
+  expect(cases(dae { a*der(x) ~ x/a + y, 0 ~ y - x })):matches "for a = 0: no index"
   -- what two say together agrees with the numbers put in
   expect(dae { a*der(x) + der(y) ~ x, b*der(x) + der(y) ~ -y }:with{ a = 1, b = 1 }:index()):equals(2)
   expect(dae { a*der(x) + b*y ~ x, c*der(x) + der(y) ~ -y }:with{ a = 0, b = -1/2, c = 2 }:index()):equals(2)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -13,10 +14,10 @@
 namespace pendula::dae {
 namespace {
 
-/// "index 1, 1 free initial value", or why there is none.
-std::string answer_of(const Model& m) {
+/// "index 1, 1 free initial value", or "no index".
+std::string answer_of(const std::optional<Model>& m) {
   try {
-    return answer_text(differentiation_index(m));
+    return m ? answer_text(differentiation_index(*m)) : "no index";
   } catch (const UserFacing&) {
     return "no index";
   }
@@ -28,11 +29,23 @@ Model without_value(const Model& m, Expr p) {
   return other;
 }
 
-/// The model at a value of a parameter, which may contain others.
-Model with_value(const Model& m, Expr p, Expr value) {
-  Model there = m;
-  there.values.erase(p);
-  for (Expr& residual : there.residuals) residual = simplify(substitute(residual, {{p, value}}));
+/// Nothing where e is not defined at this value: 1/p at 0.
+std::optional<Expr> at_value(Expr e, Expr p, Expr value) {
+  try {
+    return simplify(substitute(e, {{p, value}}));
+  } catch (const UserFacing&) {
+    return {};
+  }
+}
+
+/// The model at a value of a parameter, which may contain others; nothing where an equation is not defined there.
+std::optional<Model> with_value(const Model& m, Expr p, Expr value) {
+  Model there = without_value(m, p);
+  for (Expr& residual : there.residuals) {
+    const auto known = at_value(residual, p, value);
+    if (!known) return {};
+    residual = *known;
+  }
   return there;
 }
 
@@ -68,7 +81,7 @@ class Cases {
   struct Case {
     Expr p, value;
     std::string answer;
-    Model there;
+    std::optional<Model> there;
   };
 
   static void add_leading_factors(const Model& m, std::vector<Expr>& factors) {
@@ -92,13 +105,14 @@ class Cases {
   /// Where the first factor has gone, another coefficient of det(sE - A) leads.
   void look_beyond(const Case& first) {
     std::vector<Expr> factors;
-    add_leading_factors(first.there, factors);
+    add_leading_factors(*first.there, factors);
     for (Expr factor : factors) {
-      if (vanishes(factor, first.there)) continue;
+      if (vanishes(factor, *first.there)) continue;
       for (const auto& [p, value] : exceptional_values(factor)) {
-        if (model_.values.count(p)) continue;
-        const std::string answer = answer_of(with_value(first.there, p, value));
-        std::array both{place(first.p, simplify(substitute(first.value, {{p, value}}))), place(p, value)};
+        const auto first_value = at_value(first.value, p, value);  // none: a = 1/b where b = 0
+        if (model_.values.count(p) || !first_value) continue;
+        const std::string answer = answer_of(with_value(*first.there, p, value));
+        std::array both{place(first.p, *first_value), place(p, value)};
         std::sort(both.begin(), both.end());
         if (answer != first.answer) tell(both[0] + " and " + both[1], answer, true);
       }
