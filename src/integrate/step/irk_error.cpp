@@ -88,7 +88,8 @@ double IrkStepper::correction_at_end(double dt) {
 double IrkStepper::missed_between_stages(double dt) {
   constexpr double longer = 1.1, share = 0.1, part = 1e-3, visible = 100;
   if (!determined_ || m() == 0 || rhs_.is_linear() || !(last_.dt > 0 && dt > longer * last_.dt)) return 0;
-  if (matrices().code) {  // it has factors of its own
+  const int looks = dt > 2 * last_.dt ? 7 : 3;  // between two stages
+  if (matrices().code) {                        // it has factors of its own
     shift(f().gamma / dt);
     if (!matrices().real.factorise(shifted_.real.data())) return 0;
   }
@@ -96,23 +97,25 @@ double IrkStepper::missed_between_stages(double dt) {
   const auto size = static_cast<std::size_t>(N_);
   double* at = problem_->unknowns();
   double worst = 0;
-  for (int gap = 0; gap < f().s; ++gap) {
-    const double middle = ((gap > 0 ? c[gap - 1] : 0) + c[gap]) / 2;
+  for (int sample = 0; sample < looks * f().s; ++sample) {
+    const int gap = sample / looks;
+    const double low_end = gap > 0 ? c[gap - 1] : 0;
+    const double inside = low_end + (c[gap] - low_end) * (sample % looks + 1) / (looks + 1);
     std::copy_n(y_.data(), N_, work_.transformed.data());
     std::fill_n(work_.velocity.data(), n(), 0.0);
     for (int i = 0; i < f().s; ++i) {
-      double value = middle / c[i],
-             slope = 1 / middle;  // of the polynomial that is 1 at cᵢ, 0 at 0 and the others
+      double value = inside / c[i],
+             slope = 1 / inside;  // of the polynomial that is 1 at cᵢ, 0 at 0 and the others
       for (int j = 0; j < f().s; ++j) {
         if (j == i) continue;
-        value *= (middle - c[j]) / (c[i] - c[j]);
-        slope += 1 / (middle - c[j]);
+        value *= (inside - c[j]) / (c[i] - c[j]);
+        slope += 1 / (inside - c[j]);
       }
       const double* Z = Z_.data() + static_cast<std::size_t>(i) * size;
       add_multiple(work_.transformed.data(), value, Z, N_);
       add_multiple(work_.velocity.data(), value * slope / dt, Z, n());
     }
-    problem_->set_time(here_.t + middle * dt);
+    problem_->set_time(here_.t + inside * dt);
     std::copy_n(work_.transformed.data(), n(), at);
     std::copy_n(work_.velocity.data(), n(), at + n());
     std::copy_n(work_.transformed.data() + n(), m(), at + 2 * n());
