@@ -335,9 +335,7 @@ double implicit_cost(int unknowns) {
   return std::clamp(unknowns / least, 1.0, most / least);
 }
 
-std::size_t explicit_choice_at(double rtol) {
-  return rtol > 2e-3 ? 0 : rtol > 2e-4 ? 1 : rtol > 1e-9 ? 2 : 3;
-}
+std::size_t explicit_choice_at(double rtol) { return rtol > 1e-9 ? 0 : 1; }
 
 Choice choose(const ProblemPtr& whole, const Method& method, const Plan& plan, const Point& start,
               const std::shared_ptr<const DependencyGraph>& couplings) {

@@ -334,10 +334,10 @@ dae::ParameterValues read_all_parameters(Call& call, const Options& options, con
 /// Each tableau costs half a millisecond when it is first used: only those are made that may be chosen.
 Method automatic_method(lua_State* L, std::optional<double> rtol, std::size_t equations) {
   constexpr std::size_t large = 60;  // with a dense Jacobian from here on: choose()
-  const char* names[] = {"bogacki_shampine", "tsit5", "verner87", "verner98", "dop853"};
+  const char* names[] = {"verner87", "verner98", "dop853"};
   Method method;
   for (std::size_t k = 0; k < std::size(names); ++k) {
-    const bool wanted = !rtol || integrate::explicit_choice_at(*rtol) == k || (k == 4 && equations >= large);
+    const bool wanted = !rtol || integrate::explicit_choice_at(*rtol) == k || (k == 2 && equations >= large);
     TableauPtr tableau = wanted ? library_tableau(L, names[k]) : nullptr;
     if (wanted && !tableau) tableau = library_tableau(L, "dopri5");
     method.explicit_choice.push_back(tableau);
