@@ -191,18 +191,19 @@ static bool has_high_index(const Plan& plan) {
   return std::any_of(plan.variable_index.begin(), plan.variable_index.end(), [](int i) { return i > 1; });
 }
 
-/// Of large sparse models the factorisations cost most: a Rosenbrock method takes one real matrix per step,
-/// which pays unless the tolerance asks for the higher orders of Radau IIA. Of small ones it pays at loose
-/// tolerances, unless the equations contain t: there its order drops to 2 (Hairer & Wanner II, §IV.15).
+/// One real matrix per step pays unless the tolerance asks for the higher orders of Radau IIA; of large models, whose
+/// factorisations cost most, at somewhat tighter ones. Measured: docs/performance.md. Where equations contain t the order
+/// of rodas4 drops to 2 (Hairer & Wanner II, §IV.15), which costs more steps in models of moderate size than matrices
+/// cost; small models have rodas5p.
 const MethodFamily& implicit_family(const Problem& problem, const Method& method, const Plan& plan) {
   constexpr int large = 500;
-  constexpr double loose = 5e-5, moderate = 0.99e-5;
+  constexpr double loose = 2e-5, moderate = 0.99e-5;
   if (!method.rosenbrock || !problem.model().semi_explicit || has_high_index(plan)) return family::radau;
   const double rtol = tightest(plan);
   const int unknowns = problem.n() + problem.m();
-  const bool suits = unknowns >= large            ? rtol >= moderate
-                     : unknowns > StepWork::small ? rtol >= moderate && !contains_time(problem)
-                                                  : rtol >= loose && !contains_time(problem);
+  const bool suits = unknowns <= StepWork::small
+                         ? rtol >= loose
+                         : rtol >= moderate && (unknowns >= large || !contains_time(problem));
   return suits ? family::rosenbrock : family::radau;
 }
 

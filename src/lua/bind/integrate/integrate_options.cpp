@@ -331,7 +331,8 @@ dae::ParameterValues read_all_parameters(Call& call, const Options& options, con
 
 }  // namespace
 
-/// Each tableau costs half a millisecond when it is first used: only those are made that may be chosen.
+/// Each tableau costs half a millisecond when it is first used: only those are made that may be chosen. Of Rosenbrock
+/// methods small models take the one whose steps are longest, large ones the one with fewest solutions a step.
 Method automatic_method(lua_State* L, std::optional<double> rtol, std::size_t equations) {
   constexpr std::size_t large = 60;  // with a dense Jacobian from here on: choose()
   const char* names[] = {"verner87", "verner98", "dop853"};
@@ -344,7 +345,8 @@ Method automatic_method(lua_State* L, std::optional<double> rtol, std::size_t eq
   }
   constexpr double loose = 0.9e-5;
   if (!rtol || *rtol > loose)
-    method.rosenbrock = library_method<integrate::Rosenbrock>(L, "rosenbrock", "rodas4");
+    method.rosenbrock =
+        library_method<integrate::Rosenbrock>(L, "rosenbrock", equations <= large ? "rodas5p" : "rodas4");
   return method;
 }
 

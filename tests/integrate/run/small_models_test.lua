@@ -1,0 +1,78 @@
+-- What the default takes on small models, beside the methods it could have taken.
+
+local x, y, z = vars "x y z"
+
+local function distance(sol, exact, names)
+  local worst = 1e-16
+  for _, name in ipairs(names) do worst = math.max(worst, math.abs(sol:final(name) - exact:final(name))) end
+  return worst
+end
+
+test("few digits of what is not stiff: the pair of order 8 is closer and makes fewer steps", function()
+  local models = {
+    { dae { der(x) ~ 2*(x - x*y), der(y) ~ x*y - y }, { x = 1, y = 3 } },
+    { dae { der(x) ~ y, der(y) ~ x^3/6 - x + 2*sin(2.78535*t) }, { x = 0, y = 0 } },
+    { dae { der(x) ~ y, der(y) ~ 2*(1 - x^2)*y - x }, { x = 2, y = 0 } },
+    { dae { der(x) ~ 1 + x^2*y - 4*x, der(y) ~ 3*x - x^2*y }, { x = 1.5, y = 3 } },
+    { dae { der(x) ~ y, der(y) ~ -0.2*y + x - x^3 + 0.3*cos(t) }, { x = 1, y = 0 } },
+  }
+  for _, rtol in ipairs { 1e-2, 1e-3, 3e-4 } do
+    local digits, steps = 0, 0
+    for _, case in ipairs(models) do
+      local model, start = case[1], case[2]
+      local function run(method, tolerance)
+        return model:integrate { start = start, to = 20, rtol = tolerance, atol = tolerance, method = method }
+      end
+      local exact, sol, fifth = run("verner98", 1e-12), run(nil, rtol), run("tsit5", rtol)
+      expect(sol:stats().method):equals "verner87"
+      local off = distance(sol, exact, { "x", "y" })
+      expect(off < 100*rtol):is_true()
+      digits = digits + math.log(distance(fifth, exact, { "x", "y" })/off, 10)
+      steps = steps + math.log(fifth:stats().steps/sol:stats().steps)
+    end
+    expect(digits/#models > 0.25):is_true()
+    expect(steps/#models > math.log(1.25)):is_true()
+  end
+end)
+
+test("stiffness that comes later is noticed at every tolerance", function()
+  -- an explosion: x is used up, y rises from 1 to 1.6 and the rate with it to e⁷
+  local rate = x*exp(20*(1 - 1/y))
+  local model = dae { der(x) ~ -rate, der(y) ~ 0.6*rate }
+  for _, rtol in ipairs { 1e-2, 3e-3, 1e-3, 1e-4 } do
+    local sol = model:integrate { start = { x = 1, y = 1 }, to = 5, rtol = rtol, atol = rtol }
+    expect(sol:stats().method):matches "^verner87, then rodas5p"
+    expect(sol:stats().steps < 130):is_true()                   -- 3518 where no change was made
+    expect(sol:final(y)):near(1.6, 10*rtol)
+  end
+end)
+
+test("small stiff models and few digits: one matrix a step, whether or not t occurs", function()
+  local function case(equations, start, to, names) return { dae(equations), start, to, names } end
+  local models = {
+    case({ der(x) ~ -1e3*(x - sin(t)) + cos(t) }, { x = 1 }, 10, { "x" }),
+    case({ der(x) ~ -1e5*(x - sin(t)) + cos(t) }, { x = 1 }, 10, { "x" }),
+    case({ der(x) ~ -1e3*(x - y^2) - y^2, der(y) ~ x - y - y^2 }, { x = 1, y = 1 }, 5, { "x", "y" }),
+    case({ der(x) ~ y, der(y) ~ 1e3*(1 - x^2)*y - x + sin(t) }, { x = 2, y = 0 }, 100, { "x" }),
+    case({ der(x) ~ -500*(x - z), 0 ~ z + z^3 - sin(t)*x - y, der(y) ~ -y*(1 - z) + 0.2 },
+      { x = 1, y = 1 }, 10, { "x", "y", "z" }),
+  }
+  for _, rtol in ipairs { 1e-3, 1e-4, 3e-5 } do
+    local work = 0
+    for _, c in ipairs(models) do
+      local model, start, to, names = c[1], c[2], c[3], c[4]
+      local function run(method, tolerance)
+        return model:integrate { start = start, to = to, rtol = tolerance, atol = tolerance, method = method }
+      end
+      local sol, exact, radau = run(nil, rtol), run("radau", 1e-11), run("radau", rtol)
+      expect(sol:stats().method):equals "rodas5p"
+      expect(distance(sol, exact, names) < 10*rtol):is_true()
+      -- stages of the one are real, of the other half as many pairs
+      work = work + math.log(sol:stats().evaluations/radau:stats().evaluations)
+    end
+    expect(work/#models < math.log(rtol > 5e-5 and 1.2 or 1.6)):is_true()
+  end
+  for _, c in ipairs(models) do
+    expect(c[1]:integrate { start = c[2], to = c[3], rtol = 1e-6 }:stats().method):equals "radau"
+  end
+end)
