@@ -20,17 +20,17 @@ namespace pendula::dae {
 namespace {
 
 constexpr std::size_t most_candidates = 300;
-constexpr double border = 1e-9;  // of the terms of a margin: what counts as 0 where values are exact
-constexpr double close = 1e-7;   // of the terms of a condition: where it holds, as well
+constexpr double exact_border = 1e-9;  // of the terms of a margin: what counts as 0 where values are exact
+constexpr double close = 1e-7;         // of the terms of a condition: where it holds, as well
 
 /// The values as exact ones, then as known to the tolerance of the run that gave them, then as known to its
 /// multiples: errors of steps add up.
 std::vector<Regimes::Accuracy> readings(double rtol) {
   constexpr double coarsest = 0.03;
-  std::vector<Regimes::Accuracy> list{{border, close, true}};
+  std::vector<Regimes::Accuracy> list{{exact_border, close, true}};
   if (rtol <= 0) return list;
   for (double share : {1.0, 10.0, 100.0})
-    if (const double known = share * rtol; known > border && known <= std::max(coarsest, rtol))
+    if (const double known = share * rtol; known > exact_border && known <= std::max(coarsest, rtol))
       list.push_back({known, std::max(close, 3 * known), false});
   return list;
 }
@@ -187,7 +187,7 @@ static std::vector<int> signs_after(const Region& region, const ConsistentState&
 }
 
 bool stays_in(const Region& region, const ConsistentState& start) {
-  const std::vector<int> signs = signs_after(region, start, {}, border);
+  const std::vector<int> signs = signs_after(region, start, {}, exact_border);
   return std::find(signs.begin(), signs.end(), -1) == signs.end();
 }
 

@@ -143,7 +143,8 @@ class Nearest {
   /// without the curvature of the equations: that descends always, also where the other is lost in rounding errors.
   std::pair<Vec, Vec> steps(const Vec& w) const {
     Mat J = Mat(s_.jacobian(w)).topRows(static_cast<Index>(s_.first_fix));
-    const auto [row, column] = scales(J);
+    const std::pair<Vec, Vec> scaled = scales(J);
+    const Vec &row = scaled.first, &column = scaled.second;
     const Vec g = weight_.cwiseProduct((w - target_).cwiseQuotient(s_.unit));
     Eigen::ColPivHouseholderQR<Mat> qr;
     qr.setThreshold(1e-9);

@@ -20,10 +20,10 @@ RoundingFloor::RoundingFloor(std::vector<int> index, int states) : index_(std::m
   }
 }
 
-/// ε Σ |∂F_i/∂y_j y_j| with signs of three patterns, solved for.
+/// ε (|∂F_i/∂t t| + Σ |∂F_i/∂y_j y_j|) with signs of three patterns, solved for.
 void RoundingFloor::measure(const Matrix& A, const double* y, const double* xdot) {
   const std::size_t size = index_.size();
-  std::vector<double> terms(size, 0.0), right(size);
+  std::vector<double> terms = A.time_terms, right(size);
   for (std::size_t k = 0; k < A.entries.size(); ++k) {
     const auto [row, column] = A.positions[k];
     terms[row] += std::fabs(A.entries[k] * (A.in_mass[k] ? xdot : y)[column]);

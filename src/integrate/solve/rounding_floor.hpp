@@ -1,8 +1,8 @@
 // Where Newton's iteration cannot go on because of rounding: how much of each unknown that is, and what then.
 //
-// A residual F_i is known to ε Σ |∂F_i/∂y_j y_j| only, and a multiplier of index 2 or 3 sees what that leaves
-// in a constraint divided by dt or dt². At tight tolerances the iteration then walks about at a level that no
-// smaller step lowers.
+// A residual F_i is known to ε (|∂F_i/∂t t| + Σ |∂F_i/∂y_j y_j|) only, and a multiplier of index 2 or 3 sees
+// what that leaves in a constraint divided by dt or dt². At tight tolerances the iteration then walks about
+// at a level that no smaller step lowers.
 #pragma once
 
 #include <functional>
@@ -26,6 +26,7 @@ class RoundingFloor {
     const std::vector<Position>& positions;
     const std::vector<double>& entries;  ///< ∂F/∂y and ∂F/∂x′
     const std::vector<char>& in_mass;    ///< the entry belongs to ∂F/∂x′
+    std::vector<double> time_terms;      ///< |t ∂F/∂t|
     std::function<void(double*)> solve;
   };
 

@@ -63,7 +63,8 @@ RoundingFloor::Answer BdfStepper::at_rounding(double length) {
   std::vector<double> slopes(static_cast<std::size_t>(n()));
   for (std::size_t k = 0; k < slopes.size(); ++k) slopes[k] = (attempt_.psi[k] + attempt_.d[k]) / attempt_.c;
   const auto answer = rounding_.look(
-      {rows_.positions, jacobian_.entries, rows_.in_mass, [&](double* right) { solve(right); }},
+      {rows_.positions, jacobian_.entries, rows_.in_mass,
+       time_terms(here_.t + dt_, attempt_.y.data(), slopes.data()), [&](double* right) { solve(right); }},
       attempt_.y.data(), slopes.data(), attempt_.scale, dt_, length, sums);
   if (rounding_.trouble > 0) trouble_ = rounding_text(rounding_, unknown_name(rounding_.worst));
   if (answer == RoundingFloor::Answer::accepted)

@@ -1,7 +1,6 @@
 // The error estimates of an implicit step: filtered by the matrix of its beginning, by that of its end, stiff parts.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "integrate/solve/vector_sums.hpp"
 #include "integrate/step/irk_stepper.hpp"
@@ -80,61 +79,6 @@ double IrkStepper::correction_at_end(double dt) {
   else if (norm < 0.1 && iteration_.wary > 0)
     --iteration_.wary;
   return std::isfinite(norm) ? norm : 0;
-}
-
-/// What begins and ends between two stages none of them sees: a diode that conducts for a tenth of a period, in a step that
-/// is much longer than the last. There z of the collocation polynomial must be near what the equations say, by one
-/// correction, in units of a tenth of what z changes by in the step (docs/derivations.md, step checks).
-double IrkStepper::missed_between_stages(double dt) {
-  constexpr double longer = 1.1, share = 0.1, part = 1e-3, visible = 100;
-  if (!determined_ || m() == 0 || rhs_.is_linear() || !(last_.dt > 0 && dt > longer * last_.dt)) return 0;
-  const int looks = dt > 2 * last_.dt ? 7 : 3;  // between two stages
-  if (matrices().code) {                        // it has factors of its own
-    shift(f().gamma / dt);
-    if (!matrices().real.factorise(shifted_.real.data())) return 0;
-  }
-  const auto& c = f().c;
-  const auto size = static_cast<std::size_t>(N_);
-  double* at = problem_->unknowns();
-  double worst = 0;
-  for (int sample = 0; sample < looks * f().s; ++sample) {
-    const int gap = sample / looks;
-    const double low_end = gap > 0 ? c[gap - 1] : 0;
-    const double inside = low_end + (c[gap] - low_end) * (sample % looks + 1) / (looks + 1);
-    std::copy_n(y_.data(), N_, work_.transformed.data());
-    std::fill_n(work_.velocity.data(), n(), 0.0);
-    for (int i = 0; i < f().s; ++i) {
-      double value = inside / c[i],
-             slope = 1 / inside;  // of the polynomial that is 1 at cᵢ, 0 at 0 and the others
-      for (int j = 0; j < f().s; ++j) {
-        if (j == i) continue;
-        value *= (inside - c[j]) / (c[i] - c[j]);
-        slope += 1 / (inside - c[j]);
-      }
-      const double* Z = Z_.data() + static_cast<std::size_t>(i) * size;
-      add_multiple(work_.transformed.data(), value, Z, N_);
-      add_multiple(work_.velocity.data(), value * slope / dt, Z, n());
-    }
-    problem_->set_time(here_.t + inside * dt);
-    std::copy_n(work_.transformed.data(), n(), at);
-    std::copy_n(work_.velocity.data(), n(), at + n());
-    std::copy_n(work_.transformed.data() + n(), m(), at + 2 * n());
-    problem_->residual(error_.data());
-    ++stats_.evaluations;
-    matrices().real.solve(error_.data());
-    for (int k = n(); k < N_; ++k) {
-      double low = 0, high = 0;
-      for (std::size_t z = static_cast<std::size_t>(k); z < Z_.size(); z += size) {
-        low = std::min(low, Z_[z]);
-        high = std::max(high, Z_[z]);
-      }
-      const double size = std::max(std::fabs(y_[k] + low), std::fabs(y_[k] + high));
-      const double off =
-          std::fabs(error_[k]) / (share * (high - low) + part * size + visible * scales_.scale[k]);
-      worst = off <= worst ? worst : off;  // NaN stays
-    }
-  }
-  return std::isfinite(worst) ? worst : std::numeric_limits<double>::max();
 }
 
 /// A method with |R(∞)| = 1, as Gauss's are, keeps the errors of stiff components from step to step, and an estimate

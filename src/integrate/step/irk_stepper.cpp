@@ -25,7 +25,8 @@ IrkStepper::IrkStepper(std::string name, ProblemPtr problem,
       index_(std::move(index)),
       N_(n() + m()),
       rhs_(problem_, stats),
-      check_(*problem_) {
+      check_(*problem_),
+      pulses_(n(), m()) {
   if (index_.empty()) index_.assign(static_cast<std::size_t>(N_), 1);
   rounding_ = RoundingFloor(index_, n());
   const bool high_index = std::any_of(index_.begin(), index_.end(), [](int i) { return i > 1; });
@@ -118,6 +119,7 @@ void IrkStepper::start(const Point& point, double end) {
   iteration_.failures = iteration_.wary = 0;
   rounding_.forget();
   last_.dt = 0;
+  pulses_.start(here_.z);
   trouble_.clear();
   if (order_.level != first_level()) use(first_level());
   dt_ = limits_.dt_first > 0 ? limits_.dt_first : cautious_step(end);
@@ -298,6 +300,7 @@ void IrkStepper::accept(double dt, double error, double end) {
   control_.accept(dt, error);
   iteration_.failures = 0;
   check_.accept();
+  pulses_.accept();
   jacobian_.keep = iteration_.theta <= keep_jacobian_below;
   jacobian_.fresh = false;
   const double change = proposed / dt;
@@ -383,10 +386,10 @@ void IrkStepper::interpolate(const StepView& step, double t, Detail detail, Poin
 void IrkStepper::refine(const StepView& step, int level, double t, Point& out) {
   constexpr int affordable = 150;
   if (formulas_[level]->s * N_ <= affordable) {
-    std::shared_ptr<IrkStepper>& inside = inside_.stepper;
+    std::shared_ptr<IrkStepper>& inside = last_.inside;
     if (!inside)
       inside = std::make_shared<IrkStepper>(name_, problem_, formulas_, index_, tolerances_, limits_,
-                                            inside_.unused);
+                                            last_.inside_stats);
     inside->determined_ = determined_;
     if (inside->reaches(step, level, t)) {
       out = inside->next_;

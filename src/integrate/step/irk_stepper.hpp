@@ -15,6 +15,7 @@
 #include "integrate/solve/predictive_controller.hpp"
 #include "integrate/solve/rounding_floor.hpp"
 #include "integrate/step/increment_check.hpp"
+#include "integrate/step/pulse_watch.hpp"
 #include "integrate/step/stepper.hpp"
 #include "method/irk_formula.hpp"
 
@@ -102,6 +103,8 @@ class IrkStepper final : public Stepper {
     bool repeated = false;    ///< it was accepted after rejections
     bool distrusted = false;  ///< continued, it has led nowhere
     std::vector<double> y, Z;
+    std::shared_ptr<IrkStepper> inside;  ///< makes steps to times inside of it
+    Stats inside_stats;
   };
   struct Work {
     std::vector<double> R, transformed, velocity, lagrange;
@@ -138,7 +141,9 @@ class IrkStepper final : public Stepper {
   void solve_stages();
   double error_norm(double dt, bool again);
   double correction_at_end(double dt);
+  void polynomial(double part, double dt, double* value, double* slope) const;
   double missed_between_stages(double dt);
+  double missed_norm(double dt, const Vec& missed);
   double stiff_error_at_end(double dt);
   void release_stiff_error(double dt);
   double damped_error_norm(double dt, bool again);
@@ -171,6 +176,7 @@ class IrkStepper final : public Stepper {
   PredictiveController control_;
   Iteration iteration_;
   IncrementCheck check_;
+  PulseWatch pulses_;
   RoundingFloor rounding_;
   std::vector<double> y_, Z_, error_;
   NewtonCode::End end_{};  ///< of the step in hand, where there is code
@@ -178,12 +184,6 @@ class IrkStepper final : public Stepper {
   Point next_;
   LastStep last_;
   std::string trouble_;
-  /// Makes steps to times inside of a step.
-  struct Inside {
-    std::shared_ptr<IrkStepper> stepper;
-    Stats unused;
-  };
-  Inside inside_;
 };
 
 }  // namespace pendula::integrate

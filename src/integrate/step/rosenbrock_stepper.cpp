@@ -52,22 +52,23 @@ RosenbrockStepper::RosenbrockStepper(ProblemPtr problem, RosenbrockPtr method, T
       method_(std::move(method)),
       N_(n() + m()),
       rhs_(problem_, stats),
-      check_(*problem_) {
+      check_(*problem_),
+      pulses_(n(), m()) {
   if (!method_->e())
     throw Error(text("the method ", method_->name(), " has no embedded method to estimate its error"));
   if (!method_->error_sees_linear())
     throw Error(text("the error estimate of ", method_->name(),
                      " is zero for every linear equation: it cannot choose steps; take method = \"rodas\""));
   require_constant_mass();
-  in_mass_row_.assign(static_cast<std::size_t>(N_), false);
+  rows_.in_mass_row.assign(static_cast<std::size_t>(N_), false);
   for (const Problem::Entry& e : problem_->pattern()) {
     const bool mass = e.column >= n() && e.column < 2 * n();
-    in_mass_.push_back(mass);
-    if (mass) in_mass_row_[e.row] = true;
-    positions_.push_back({e.row, e.column < n() ? e.column : e.column - n()});
+    rows_.in_mass.push_back(mass);
+    if (mass) rows_.in_mass_row[e.row] = true;
+    rows_.positions.push_back({e.row, e.column < n() ? e.column : e.column - n()});
   }
-  matrix_.resize(positions_.size());
-  solver_.analyse(N_, positions_);
+  matrix_.resize(rows_.positions.size());
+  solver_.analyse(N_, rows_.positions);
   static PerEquations<TimeSlopes> known;
   const TimeSlopes& slopes = known.of(*problem_, [&] { return time_slopes(*problem_); });
   depends_on_time_ = slopes.any;
@@ -95,6 +96,8 @@ void RosenbrockStepper::start(const Point& point, double end) {
   control_.start();
   trouble_.clear();
   entries_at_ = NAN;
+  last_.dt = 0;
+  pulses_.start(here_.z);
   dt_ = limits_.dt_first > 0 ? limits_.dt_first : cautious_step(end);
   prepare_code();
 }
@@ -109,7 +112,7 @@ void RosenbrockStepper::prepare_code() {
 
 bool RosenbrockStepper::use_code() {
   if (N_ <= largest_coded && solver_.straight())
-    code_ = RosenbrockCode::make({*problem_, *method_, in_mass_, *solver_.straight(), tolerances_});
+    code_ = RosenbrockCode::make({*problem_, *method_, rows_.in_mass, *solver_.straight(), tolerances_});
   return code_ != nullptr;
 }
 
@@ -165,7 +168,7 @@ double RosenbrockStepper::attempt(double dt) {
 bool RosenbrockStepper::jacobian_is_finite() {
   for (std::size_t k = 0; k < entries_.size(); ++k) {
     if (std::isfinite(entries_[k])) continue;
-    trouble_ = text("the Jacobian of ", problem_->equation_name(positions_[k].row), " is not finite");
+    trouble_ = text("the Jacobian of ", problem_->equation_name(rows_.positions[k].row), " is not finite");
     return false;
   }
   return true;
@@ -197,7 +200,7 @@ double RosenbrockStepper::attempt_apart(double dt) {
 bool RosenbrockStepper::factorise(double dt) {
   const double factor = 1 / (method_->gamma() * dt);
   for (std::size_t k = 0; k < entries_.size(); ++k)
-    matrix_[k] = in_mass_[k] ? factor * entries_[k] : entries_[k];
+    matrix_[k] = rows_.in_mass[k] ? factor * entries_[k] : entries_[k];
   ++stats_.factorisations;
   return solver_.factorise(matrix_.data());
 }
@@ -262,23 +265,31 @@ double RosenbrockStepper::error_norm() {
 /// norm; 0 where it is seen without solving that it is small, or no other than before.
 double RosenbrockStepper::error_at_end(double dt) {
   const double gh = method_->gamma() * dt;
-  for (int k = 0; k < N_; ++k)
-    at_end_.weights[k] =
-        weight(k, std::max(std::fabs(y_[k]), std::fabs(k < n() ? next_.x[k] : next_.z[k - n()])));
   if (!check_.is_visible(gh, at_end_.undamped.data(), at_end_.weights, entries_)) return 0;
   if (entries_at_ != here_.t) keep_jacobian(here_, entries_);
   keep_jacobian(next_, at_end_.entries);
-  if (!jacobian_has_changed(gh)) return 0;
-  for (std::size_t k = 0; k < entries_.size(); ++k)
-    matrix_[k] = in_mass_[k] ? at_end_.entries[k] / gh : at_end_.entries[k];
-  ++stats_.factorisations;
-  if (at_end_.solver.size() == 0) at_end_.solver.analyse(N_, positions_);
-  if (!at_end_.solver.factorise(matrix_.data())) return 0;
+  if (!jacobian_has_changed(gh) || !factorise_at_end(gh, at_end_.entries)) return 0;
   at_end_.solver.solve(at_end_.undamped.data());
   ErrorSum sum;
   for (int k = 0; k < N_; ++k) sum.add(at_end_.undamped[k] / at_end_.weights[k]);
   const double norm = sum.norm(N_);
   return std::isfinite(norm) ? norm : 0;
+}
+
+/// The tolerances of the step.
+void RosenbrockStepper::set_weights() {
+  for (int k = 0; k < N_; ++k)
+    at_end_.weights[k] =
+        weight(k, std::max(std::fabs(y_[k]), std::fabs(k < n() ? next_.x[k] : next_.z[k - n()])));
+}
+
+/// M/(γh) + J apart from the matrix of the stages.
+bool RosenbrockStepper::factorise_at_end(double gh, const std::vector<double>& entries) {
+  for (std::size_t k = 0; k < entries.size(); ++k)
+    matrix_[k] = rows_.in_mass[k] ? entries[k] / gh : entries[k];
+  ++stats_.factorisations;
+  if (at_end_.solver.size() == 0) at_end_.solver.analyse(N_, rows_.positions);
+  return at_end_.solver.factorise(matrix_.data());
 }
 
 void RosenbrockStepper::keep_jacobian(const Point& at, std::vector<double>& entries) {
@@ -295,13 +306,13 @@ bool RosenbrockStepper::jacobian_has_changed(double gh) {
   std::fill(R_.begin(), R_.end(), 0.0);
   std::fill(at_end_.bounds.begin(), at_end_.bounds.end(), 0.0);
   for (std::size_t k = 0; k < entries_.size(); ++k) {
-    const auto [row, column] = positions_[k];
-    if (in_mass_[k]) {
+    const auto [row, column] = rows_.positions[k];
+    if (rows_.in_mass[k]) {
       at_end_.bounds[row] += std::fabs(at_end_.entries[k]) * at_end_.weights[column] / gh;
       continue;
     }
     R_[row] += (at_end_.entries[k] - entries_[k]) * scaled_[column] * at_end_.weights[column];
-    if (!in_mass_row_[row])
+    if (!rows_.in_mass_row[row])
       at_end_.bounds[row] += tenth * std::fabs(at_end_.entries[k]) * at_end_.weights[column];
   }
   for (std::size_t row = 0; row < R_.size(); ++row)
@@ -378,7 +389,9 @@ void RosenbrockStepper::step(double end) {
       control_.repeated = true;
       continue;
     }
-    if (const double more = error_at_end(dt); more > surprising) {
+    set_weights();
+    const double missed = missed_on_the_way(dt);
+    if (const double more = std::max(missed, error_at_end(dt)); more > surprising || missed > 1) {
       ++stats_.rejected;
       dt_ = dt / std::clamp(root(more, order) / safety, 2.0, 1 / smallest);
       control_.repeated = true;
@@ -387,6 +400,7 @@ void RosenbrockStepper::step(double end) {
     const double quotient = control_.quotient(dt, error, order, safety, 1 / largest, 1 / smallest);
     const double proposed = control_.propose(dt, quotient);
     control_.accept(dt, error);
+    pulses_.accept();
     dt_ = dt < 0.99 * dt_ ? std::max(proposed, dt_) : proposed;
     if (dt == end - here_.t) next_.t = end;
     last_.t = here_.t;
@@ -425,27 +439,12 @@ void RosenbrockStepper::interpolate(const StepView& step, double t, Detail detai
   if (detail != Detail::sketch && t > step.from.t && refine(step, t, out)) return;
   const double t0 = step.record[0], dt = step.record[1];
   const double* y = step.record + 2;
-  const double u = (t - t0) / dt, v = 1 - u;
-  const auto rows = method_->dense().rows();
+  std::vector<double> value(static_cast<std::size_t>(N_));
   out.t = t;
-  out.x.resize(n());
   out.xdot.resize(n());
-  out.z.resize(m());
-  for (int k = 0; k < N_; ++k) {
-    double inner = 0, slope = 0;  // K₁ + θ(K₂ + …) and its derivative
-    for (Eigen::Index r = rows; r-- > 0;) {
-      slope = inner + u * slope;
-      inner = y[(2 + r) * N_ + k] + u * inner;
-    }
-    const double y0 = y[k], y1 = y[N_ + k];
-    const double value = v * y0 + u * (y1 + v * inner);
-    if (k >= n()) {
-      out.z[k - n()] = value;
-      continue;
-    }
-    out.x[k] = value;
-    out.xdot[k] = (y1 - y0 + (v - u) * inner + u * v * slope) / dt;
-  }
+  curve(y, (t - t0) / dt, dt, value.data(), out.xdot.data());
+  out.x = Eigen::Map<const Vec>(value.data(), n());
+  out.z = Eigen::Map<const Vec>(value.data() + n(), m());
   if (detail == Detail::full) rhs_(t, out.x.data(), out.xdot.data(), out.z.data());
 }
 

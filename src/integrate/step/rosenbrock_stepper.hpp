@@ -10,6 +10,7 @@
 #include "integrate/problem/rhs_solver.hpp"
 #include "integrate/solve/predictive_controller.hpp"
 #include "integrate/step/increment_check.hpp"
+#include "integrate/step/pulse_watch.hpp"
 #include "integrate/step/stepper.hpp"
 #include "method/rosenbrock.hpp"
 
@@ -44,6 +45,10 @@ class RosenbrockStepper final : public Stepper {
   double error_at_end(double dt);
   void keep_jacobian(const Point& at, std::vector<double>& entries);
   bool jacobian_has_changed(double gh);
+  void set_weights();
+  bool factorise_at_end(double gh, const std::vector<double>& entries);
+  void curve(const double* dense, double part, double dt, double* y, double* slope) const;
+  double missed_on_the_way(double dt);
   void end_step(double dt);
   bool complete(double dt);
   bool refine(const StepView& step, double t, Point& out);
@@ -51,12 +56,17 @@ class RosenbrockStepper final : public Stepper {
   RosenbrockPtr method_;
   int N_;
   RhsSolver rhs_;
-  std::vector<Position> positions_;
-  std::vector<char> in_mass_, in_mass_row_;  ///< by entry, by row
+  /// Of ∂F/∂(x, x′, z), as a matrix of size n + m: what belongs to x′ is added to what belongs to x.
+  struct Pattern {
+    std::vector<Position> positions;
+    std::vector<char> in_mass, in_mass_row;  ///< by entry, by row
+  };
+  Pattern rows_;
   std::vector<double> entries_, matrix_;
   double entries_at_ = std::numeric_limits<double>::quiet_NaN();  ///< t of the Jacobian that is known last
   LinearSolver<double> solver_;
   IncrementCheck check_;
+  PulseWatch pulses_;
   codegen::Kernel time_kernel_;
   bool depends_on_time_ = false;
   std::vector<double> y_, U_, Ft_, R_, scaled_;

@@ -51,6 +51,23 @@ void hermite(const StepView& step, double t, Point& out) {
   out.t = t;
 }
 
+std::vector<double> Stepper::time_terms(double t, const double* y, const double* xdot) {
+  const auto rows = static_cast<std::size_t>(n() + m());
+  std::vector<double> terms(rows, 0.0), moved(rows);
+  const double ahead = std::min(1e-6 * std::fabs(t), 1e-3 * std::fabs(dt_));
+  if (!(t + ahead > t)) return terms;
+  problem_->place(t + ahead, y, xdot, y + n());
+  problem_->residual(moved.data());
+  problem_->place(t, y, xdot, y + n());
+  problem_->residual(terms.data());
+  stats_.evaluations += 2;
+  for (std::size_t k = 0; k < rows; ++k) {
+    const double term = std::fabs((moved[k] - terms[k]) / ahead * t);
+    terms[k] = std::isfinite(term) ? term : 0;
+  }
+  return terms;
+}
+
 Failure Stepper::vanished(const Eigen::Ref<const Vec>& error, const std::string& reason) const {
   int worst = -1;
   double largest = 0;

@@ -116,6 +116,8 @@ class Stepper {
   /// within a tolerance, no step begins there, however small. True, and x′ and z of here() are those of (t, x), where
   /// that is another point.
   bool settle_again(RhsSolver& rhs);
+  /// |t ∂F/∂t| of every row, by a difference: what rounding of t does to the residuals. y = (x, z).
+  std::vector<double> time_terms(double t, const double* y, const double* xdot);
   /// The error of a step that vanished beside t. `error`: scaled errors that name the culprit, may be
   /// empty.
   Failure vanished(const Eigen::Ref<const Vec>& error, const std::string& reason) const;

@@ -75,7 +75,8 @@ test("an algebraic unknown, and an event behind the change", function()
 end)
 
 -- Eigenvalues let an explicit method take long steps, but each solves nine cubic equations at every stage,
--- and fast swings keep its steps short: it is tried and left.
+-- and fast swings keep its steps short: at few digits it is tried and left. At more, explicit steps stay:
+-- radau has to look between its stages in every step.
 test("inverters in a ring: the explicit method that is more work is left again", function()
   local N = 9
   local v, w = var("v", N), var("w", N)
@@ -86,17 +87,17 @@ test("inverters in a ring: the explicit method that is more work is left again",
     equations[#equations + 1] = 0 ~ w[k] + w[k]^3/10 + tanh(3*v[k > 1 and k - 1 or N])
   end
   local ring = dae(equations)
-  for _, rtol in ipairs { 1e-5, 1e-7 } do
+  for rtol, last in pairs { [1e-4] = "rodas5p", [1e-7] = "verner87" } do
     local function run(method)
-      return ring:integrate { start = { [v] = start }, to = 50, rtol = rtol, atol = rtol,
-        method = method }
+      return ring:integrate { start = { [v] = start }, to = 50, rtol = rtol, atol = rtol, method = method }
     end
-    local radau, sol = run "radau", run()
-    local changes, last = road(sol)
-    expect(last):equals "radau"
+    local sol, implicit, explicit = run(), run(last == "rodas5p" and "rodas" or "radau"), run "verner87"
+    local changes, ends = road(sol)
+    expect(ends):equals(last)
     expect(changes <= 4):is_true()
-    expect(sol:stats().evaluations < 1.15*radau:stats().evaluations):is_true()
-    expect(sol:stats().why):matches "the explicit method takes more work"
-    for k = 1, N do expect(sol(v[k], 50)):near(radau(v[k], 50), 1e3*rtol) end
+    local least = math.min(implicit:stats().evaluations, explicit:stats().evaluations)
+    expect(sol:stats().evaluations < 1.15*least):is_true()
+    if last == "rodas5p" then expect(sol:stats().why):matches "the explicit method takes more work" end
+    for k = 1, N do expect(sol(v[k], 50)):near(explicit(v[k], 50), 1e3*rtol) end
   end
 end)

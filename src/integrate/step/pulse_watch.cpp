@@ -1,0 +1,80 @@
+#include "integrate/step/pulse_watch.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pendula::integrate {
+
+void PulseWatch::Range::include(double value) {
+  low = std::min(low, value);
+  high = std::max(high, value);
+}
+
+PulseWatch::PulseWatch(int n, int m)
+    : n_(n),
+      swings_(static_cast<std::size_t>(m)),
+      in_step_(swings_),
+      missed_(n),
+      y_(static_cast<std::size_t>(n + m)),
+      slope_(static_cast<std::size_t>(n)) {}
+
+void PulseWatch::start(const Vec& z) {
+  for (std::size_t k = 0; k < swings_.size(); ++k) swings_[k] = {z[k], z[k]};
+}
+
+bool PulseWatch::is_due(const Step& step, const Vec& z, const Vec& z_end) {
+  constexpr double longer = 1.1, quarter = 0.25, visible = 100;
+  for (std::size_t k = 0; k < in_step_.size(); ++k) {
+    in_step_[k] = {z[k], z[k]};
+    in_step_[k].include(z_end[k]);
+  }
+  double begin = 0;
+  for (const double node : step.nodes) {  // every other look: a node may have the value of the beginning
+    for (int i = 2; i <= step.looks; i += 2) {
+      step.curve(begin + (node - begin) * i / (step.looks + 1), y_.data(), slope_.data());
+      for (std::size_t k = 0; k < in_step_.size(); ++k) in_step_[k].include(y_[n_ + k]);
+    }
+    begin = node;
+  }
+  if (step.dt > longer * step.last_dt) return step.last_dt > 0;
+  for (std::size_t k = 0; k < in_step_.size(); ++k)
+    if (in_step_[k].width() > std::max(quarter * swings_[k].width(), visible * step.scale[n_ + k]))
+      return true;
+  return false;
+}
+
+double PulseWatch::look(const Step& step, RhsSolver& rhs, double accuracy) {
+  constexpr double share = 0.1, part = 1e-3, visible = 100;
+  constexpr double unknown = 2;  // the equations have no solution there: somewhat shorter
+  Vec xdot(n_), z(static_cast<Eigen::Index>(in_step_.size()));
+  missed_.setZero();
+  double begin = 0, worst = 0;
+  for (const double node : step.nodes) {
+    const double width = (node - begin) / (step.looks + 1);
+    for (int i = 1; i <= step.looks; ++i) {
+      const double at = begin + width * i;
+      step.curve(at, y_.data(), slope_.data());
+      xdot = Eigen::Map<const Vec>(slope_.data(), n_);
+      z = Eigen::Map<const Vec>(y_.data() + n_, z.size());
+      if (!rhs.stage(step.t + at * step.dt, y_.data(), xdot.data(), z.data(), accuracy)) return unknown;
+      const double simpson = (i % 2 == 1 ? 4 : 2) * width / 3;  // at the nodes nothing is missed
+      missed_ += simpson * (xdot - Eigen::Map<const Vec>(slope_.data(), n_));
+      for (std::size_t k = 0; k < in_step_.size(); ++k) {
+        const double size = std::max(std::fabs(in_step_[k].low), std::fabs(in_step_[k].high));
+        const double unit = share * in_step_[k].width() + part * size + visible * step.scale[n_ + k];
+        worst = std::max(worst, std::fabs(z[k] - y_[n_ + k]) / unit);
+      }
+    }
+    begin = node;
+  }
+  return worst;
+}
+
+void PulseWatch::accept() {
+  for (std::size_t k = 0; k < swings_.size(); ++k) {
+    swings_[k].include(in_step_[k].low);
+    swings_[k].include(in_step_[k].high);
+  }
+}
+
+}  // namespace pendula::integrate

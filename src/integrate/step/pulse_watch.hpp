@@ -1,0 +1,54 @@
+// What begins and ends between the points of a step where the equations hold, as the pulse of current behind a
+// rectifier does, no error estimate sees: it is looked for there.
+//
+// docs/derivations.md#step-checks. For index 1 with a z that the equations are not linear in.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "base/math.hpp"
+#include "integrate/problem/rhs_solver.hpp"
+
+namespace pendula::integrate {
+
+class PulseWatch {
+ public:
+  /// A step as a method has made it.
+  struct Step {
+    double t, dt, last_dt;          ///< last_dt = 0: there was none
+    std::span<const double> nodes;  ///< ascending parts of the step, at whose ends the equations hold
+    int looks;                      ///< between two nodes; odd
+    /// y = (x, z) and x′ of the continuous extension at this part of the step.
+    std::function<void(double part, double* y, double* slope)> curve;
+    const std::vector<double>& scale;  ///< the tolerances of y
+  };
+
+  PulseWatch(int n, int m);
+  void start(const Vec& z);
+  /// Could something hide in this step, from z to z_end? Where it is longer than the last one, or where a z swings, other
+  /// than by rounding, by a quarter of what it has swung by since the start, as in a sixth of a period.
+  bool is_due(const Step& step, const Vec& z, const Vec& z_end);
+  /// The distance of z on the continuous extension from what the equations say there, in units of a tenth of its swing in
+  /// the step; 2 where they say nothing. Then missed() is the integral of x′ of the equations less that of the extension,
+  /// in parts of dt, by Simpson's rule.
+  double look(const Step& step, RhsSolver& rhs, double accuracy);
+  const Vec& missed() const { return missed_; }
+  /// is_due() was asked of this step, and it counts.
+  void accept();
+
+ private:
+  struct Range {
+    double low = 0, high = 0;
+    void include(double value);
+    double width() const { return high - low; }
+  };
+  int n_;
+  std::vector<Range> swings_;   ///< of every z since the start
+  std::vector<Range> in_step_;  ///< of the step that is_due() was asked of
+  Vec missed_;
+  std::vector<double> y_, slope_;
+};
+
+}  // namespace pendula::integrate

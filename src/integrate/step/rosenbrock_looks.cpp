@@ -1,0 +1,61 @@
+// Looks between the ends of a Rosenbrock step (pulse_watch.hpp): its stages hold no equations.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "integrate/step/rosenbrock_stepper.hpp"
+
+namespace pendula::integrate {
+
+/// The continuous extension of this record, (y₀, y₁, K₁ …), at this part of the step: its value and the slope of x.
+void RosenbrockStepper::curve(const double* dense, double part, double dt, double* y, double* slope) const {
+  const double u = part, v = 1 - u;
+  const auto rows = method_->dense().rows();
+  for (int k = 0; k < N_; ++k) {
+    double inner = 0, derivative = 0;  // K₁ + θ(K₂ + …)
+    for (Eigen::Index r = rows; r-- > 0;) {
+      derivative = inner + u * derivative;
+      inner = dense[(2 + r) * N_ + k] + u * inner;
+    }
+    const double y0 = dense[k], y1 = dense[N_ + k];
+    y[k] = v * y0 + u * (y1 + v * inner);
+    if (k < n()) slope[k] = (y1 - y0 + (v - u) * inner + u * v * derivative) / dt;
+  }
+}
+
+/// Of z in units of a tenth of its swing, of x in tolerances, filtered as the error estimate is: the larger of the two.
+double RosenbrockStepper::missed_on_the_way(double dt) {
+  constexpr int looks = 7;
+  constexpr std::array<double, 1> end = {1};
+  if (m() == 0 || rhs_.is_linear()) return 0;
+  const PulseWatch::Step step{
+      here_.t,
+      dt,
+      last_.dt,
+      end,
+      looks,
+      [this, dt](double part, double* y, double* slope) { curve(last_.dense.data(), part, dt, y, slope); },
+      at_end_.weights};
+  if (!pulses_.is_due(step, here_.z, next_.z)) return 0;
+  const double z = pulses_.look(step, rhs_, tolerances_.rtol.minCoeff());
+  const Vec& missed = pulses_.missed();
+  const auto norm = [this](double factor, const double* v) {
+    ErrorSum sum;
+    for (int k = 0; k < n(); ++k) sum.add(factor * v[k] / at_end_.weights[k]);
+    return sum.norm(N_);
+  };
+  if (norm(dt, missed.data()) < 1) return z;
+  if (entries_at_ != here_.t) keep_jacobian(here_, entries_);
+  const double gh = method_->gamma() * dt;
+  if (!factorise_at_end(gh, entries_)) return z;
+  std::fill(R_.begin(), R_.end(), 0.0);
+  for (std::size_t k = 0; k < entries_.size(); ++k)
+    if (rows_.in_mass[k])
+      R_[rows_.positions[k].row] += entries_[k] * missed[rows_.positions[k].column] / method_->gamma();
+  at_end_.solver.solve(R_.data());
+  const double filtered = norm(1, R_.data());
+  return std::isfinite(filtered) ? std::max(z, filtered) : std::numeric_limits<double>::max();
+}
+
+}  // namespace pendula::integrate
