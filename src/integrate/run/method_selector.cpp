@@ -92,12 +92,13 @@ void MethodSelector::leave_explicit() {
   const Problem& problem = *state_.problem;
   double next = state_.stepper().next_dt();
   if (rival_.family) next = std::max(next, state_.stepper().here().t - state_.stepper().before().t);
+  const MethodFamily& implicit =
+      rival_.family ? *rival_.family : implicit_family(problem, method_, state_.plan);
   const double worth = rival_.family ? clearly * rival_.worth_explicit_steps()
-                                     : 100 * implicit_cost(problem.n() + problem.m());  // steps
+                                     : worth_explicit_steps(implicit, problem.n() + problem.m());
   if (state_.plan.to - state_.stepper().here().t < worth * next) return;
   look_ = {state_.stats().steps + look_.apart, look_.apart, 0};
-  change(rival_.family ? *rival_.family : implicit_family(problem, method_, state_.plan), next,
-         "stiff: stability, not accuracy, limited the steps");
+  change(implicit, next, "stiff: stability, not accuracy, limited the steps");
 }
 
 /// Eigenvalues tell the steps that stability allows, not those that accuracy asks for, nor what z costs in each of them:
@@ -131,7 +132,8 @@ void MethodSelector::leave_implicit() {
   if (high_index || couplings_ || method_.explicit_choice.empty() || state_.problem->n() == 0) return;
   const Point& here = state_.stepper().here();
   const double dt = here.t - state_.stepper().before().t;
-  if (state_.plan.to - here.t < worth * dt || !is_cheaper_explicit(state_.problem, here, dt, rival_)) {
+  if (state_.plan.to - here.t < worth * dt ||
+      !is_cheaper_explicit(state_.problem, here, dt, *family_, rival_)) {
     look_.apart = std::min(2 * look_.apart, seldom);
     look_.next = steps + look_.apart;
     look_.favourable = 0;

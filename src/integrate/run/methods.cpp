@@ -191,6 +191,12 @@ static bool has_high_index(const Plan& plan) {
   return std::any_of(plan.variable_index.begin(), plan.variable_index.end(), [](int i) { return i > 1; });
 }
 
+/// Explicit steps that cost as much as one of an implicit method, of a handful of unknowns. Measured: docs/performance.md.
+static double cost_of_step(const MethodFamily& implicit) {
+  return &implicit == &family::rosenbrock ? 1.7 : 5;
+}
+constexpr double iterating = 5;  // times as much where every stage iterates for z
+
 /// One real matrix per step pays unless the tolerance asks for the higher orders of Radau IIA; of large models, whose
 /// factorisations cost most, at somewhat tighter ones. Measured: docs/performance.md. Where equations contain t the order
 /// of rodas4 drops to 2 (Hairer & Wanner II, §IV.15), which costs more steps in models of moderate size than matrices
@@ -207,6 +213,11 @@ const MethodFamily& implicit_family(const Problem& problem, const Method& method
   return suits ? family::rosenbrock : family::radau;
 }
 
+double worth_explicit_steps(const MethodFamily& implicit, int unknowns) {
+  const double fewest = &implicit == &family::rosenbrock ? 30 : 15;
+  return fewest * cost_of_step(implicit) * implicit_cost(unknowns);
+}
+
 namespace {
 
 /// The same where some variable has moved by a hundredth of the largest: species that are zero at the start hide the
@@ -221,16 +232,14 @@ std::optional<Rates> rates_ahead(RhsSolver& derivative, const Point& start, doub
   return rates(derivative, ahead);
 }
 
-/// Whether an implicit method would be faster from here on. An explicit one takes some |λ|T/5 steps for
-/// stability alone, an implicit one a few dozen, each of which costs as much as 5 explicit steps for a
-/// handful of unknowns, and 20 … 50 where there are many (brusselator, heat equation; docs/performance.md).
-/// Where something grows nearly as fast as other things decay, accuracy asks for small steps anyway. iterates: every
+/// Whether an implicit method would be faster from here on. Where something grows nearly as fast as other things decay,
+/// accuracy asks for small steps anyway. worth: explicit steps that stability may ask for until then. iterates: every
 /// evaluation of x′ takes an iteration for z, so that a stage of an explicit step costs as much as one of an implicit
 /// step.
-bool is_stiff(const Rates& rates, double span, int unknowns, bool iterates) {
-  constexpr double many = 300, few = 60, dominant = 4;
-  const double steps = iterates ? few : many;
-  return rates.damped * span > steps * implicit_cost(unknowns) && rates.damped > dominant * rates.growing;
+bool is_stiff(const Rates& rates, double span, double worth, bool iterates) {
+  constexpr double dominant = 4;
+  const double steps = rates.damped * span / stability_limit;
+  return steps > (iterates ? worth / iterating : worth) && rates.damped > dominant * rates.growing;
 }
 
 /// Whether a large model has modes so fast that following them would take very many steps. If they move, the implicit
@@ -356,21 +365,22 @@ Choice choose(const ProblemPtr& whole, const Method& method, const Plan& plan, c
   const double span = plan.to - plan.from;
   const int size = problem->n() + problem->m();
   const bool iterates = !derivative.is_linear() && plan.modes == 0;  // else few: branches are often linear
+  const MethodFamily& implicit = implicit_family(*whole, method, plan);
+  const double worth = worth_explicit_steps(implicit, size);
   if (!problem->has_dense_jacobian()) {
     if (!couplings)
       if (const auto counted = counted_choice(*whole, method, plan, at, *here, span)) return *counted;
-    if (is_stiff(*here, span, size, iterates))
-      return {&implicit_family(*whole, method, plan), nullptr,
+    if (is_stiff(*here, span, worth, iterates))
+      return {&implicit, nullptr,
               "stiff: an eigenvalue of ∂x′/∂x at the start is large beside 1/(to - from)"};
-    if (const auto later = rates_ahead(derivative, at, span); later && is_stiff(*later, span, size, iterates))
-      return {&implicit_family(*whole, method, plan), nullptr,
-              "stiff: an eigenvalue of ∂x′/∂x soon becomes large beside 1/(to - from)"};
+    if (const auto later = rates_ahead(derivative, at, span);
+        later && is_stiff(*later, span, worth, iterates))
+      return {&implicit, nullptr, "stiff: an eigenvalue of ∂x′/∂x soon becomes large beside 1/(to - from)"};
     if (iterates && iterated_stages_cost_more(size))
-      return {&implicit_family(*whole, method, plan), nullptr,
+      return {&implicit, nullptr,
               "z is iterated for in every stage of an explicit step, which costs more than an implicit one"};
     if (swings_fast(*here, span, size))
-      return {&implicit_family(*whole, method, plan), nullptr,
-              "oscillations far faster than the interval is long, which may be at rest"};
+      return {&implicit, nullptr, "oscillations far faster than the interval is long, which may be at rest"};
   }
   constexpr double oscillations = 300;
   if (problem->has_dense_jacobian() && method.explicit_choice.back() && here->fastest * span > oscillations &&
@@ -381,9 +391,10 @@ Choice choose(const ProblemPtr& whole, const Method& method, const Plan& plan, c
           "explicit: not stiff at the start, order for this tolerance"};
 }
 
-bool is_cheaper_explicit(const ProblemPtr& problem, const Point& at, double dt, const Rival& rival) {
+bool is_cheaper_explicit(const ProblemPtr& problem, const Point& at, double dt, const MethodFamily& implicit,
+                         const Rival& rival) {
   constexpr double stability = 3;  // |hλ| of the explicit pairs
-  constexpr double implicit_step = 5, iterating = 5, clearly = 2;
+  constexpr double clearly = 2;
   Stats unused;
   RhsSolver derivative(problem, unused);
   Point here = at;
@@ -396,7 +407,8 @@ bool is_cheaper_explicit(const ProblemPtr& problem, const Point& at, double dt, 
   if (rival.family)
     return now->growing < now->damped &&
            clearly * now->fastest * dt * rival.explicit_step < stability_limit * rival.implicit_step;
-  const double cost = implicit_step * implicit_cost(unknowns) / (derivative.is_linear() ? 1 : iterating);
+  const double cost =
+      cost_of_step(implicit) * implicit_cost(unknowns) / (derivative.is_linear() ? 1 : iterating);
   return clearly * now->fastest * dt < stability * cost;
 }
 

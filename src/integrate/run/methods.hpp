@@ -56,9 +56,13 @@ std::shared_ptr<Stepper> make_stepper(const MethodFamily& family, const ProblemP
 /// models).
 std::size_t explicit_choice_at(double rtol);
 
-/// Cost of an implicit step relative to one with few unknowns (some 5 explicit steps); grows because LU factorisations
+/// Cost of an implicit step relative to one with few unknowns; grows because LU factorisations
 /// scale worse than compiled explicit steps. Measured: docs/performance.md.
 double implicit_cost(int unknowns);
+
+/// So many explicit steps cost as much as a run of this implicit method over an interval in which a small model has
+/// nothing but stiffness: some 30 steps of a Rosenbrock method, 15 of Radau IIA. Measured: docs/performance.md.
+double worth_explicit_steps(const MethodFamily& implicit, int unknowns);
 
 /// The implicit family that "auto" takes for a stiff model: Radau IIA, or Rosenbrock where that is faster.
 const MethodFamily& implicit_family(const Problem& problem, const Method& method, const Plan& plan);
@@ -86,6 +90,7 @@ Choice choose(const ProblemPtr& problem, const Method& method, const Plan& plan,
 TableauPtr explicit_pair_for(const Method& method, const Plan& plan);
 /// Whether steps of an explicit pair, of the size that stability allows at this point, would clearly cost less than
 /// implicit ones of length dt. cost: that of rates() (step/spectrum.hpp).
-bool is_cheaper_explicit(const ProblemPtr& problem, const Point& at, double dt, const Rival& rival);
+bool is_cheaper_explicit(const ProblemPtr& problem, const Point& at, double dt, const MethodFamily& implicit,
+                         const Rival& rival);
 
 }  // namespace pendula::integrate

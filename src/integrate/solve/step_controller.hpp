@@ -187,13 +187,15 @@ class StepController {
 
   /// After an accepted step that accept() has seen: is stability what limits it? The quotient of f(x₁) - f(g) and
   /// x₁ - g estimates λ (Hairer & Wanner II, §IV.2). Where x′ hardly changes in the step, accuracy would turn it by some
-  /// tenths; at tight tolerances such steps settle well inside the stability region.
+  /// tenths; at tight tolerances such steps settle well inside the stability region. Where it changes by no more than
+  /// between two stages at one time, its change is the error of the steps times λ: modes that have died out.
   State watch(State s, Number dt, const StepSigns<Number>& signs) const {
     const double edge = 0.95 * rules_.stability_limit, inside = 0.3 * rules_.stability_limit;
     const Number points = signs.points, h_lambda = signs.slopes * (dt * dt);  // squared, times `points`
     const Condition smooth = signs.change <= smooth_change * smooth_change * signs.size;
-    const Condition hit =
-        either(edge * edge * points < h_lambda, both(inside * inside * points < h_lambda, smooth));
+    const Condition calm_but_for_errors = either(smooth, signs.change <= signs.slopes);
+    const Condition hit = either(edge * edge * points < h_lambda,
+                                 both(inside * inside * points < h_lambda, calm_but_for_errors));
     const Condition counts = both(both(0.0 < points, 10.0 <= s.accepted), s.hits < enough_hits);
     const Number calm = choose(both(0.0 < s.hits, counts), s.calm + 1.0, s.calm);
     const Condition over = calm_enough <= calm;
@@ -205,7 +207,7 @@ class StepController {
     return s;
   }
 
-  static constexpr double enough_hits = 25;
+  static constexpr double enough_hits = 15;
 
  private:
   static constexpr double smooth_change = 0.02;  ///< of x′ in a step, relative: below, the step is smooth

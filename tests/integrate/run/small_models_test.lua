@@ -76,3 +76,39 @@ test("small stiff models and few digits: one matrix a step, whether or not t occ
     expect(c[1]:integrate { start = c[2], to = c[3], rtol = 1e-6 }:stats().method):equals "radau"
   end
 end)
+
+test("modes that swing and die out: stiff at few digits, too, where their remains are errors of the steps", function()
+  -- λ = -10 ± 100i; of y and z nothing is left behind t = 2
+  local u, v, w = vars "u v w"
+  local model = dae { der(x) ~ -10*x + 100*y, der(y) ~ -100*x - 10*y, der(z) ~ -4*z, der(u) ~ -u,
+    der(v) ~ -v/2, der(w) ~ -w/10 }
+  local start = { x = 1, y = 1, z = 1, u = 1, v = 1, w = 1 }
+  for _, rtol in ipairs { 1e-3, 1e-4, 1e-5 } do
+    local sol = model:integrate { start = start, to = 20, rtol = rtol, atol = rtol }
+    expect(sol:stats().method):matches "^verner87, then "
+    expect(sol:stats().steps < 130):is_true()                     -- 397, 406, 170 unnoticed
+    expect(sol:final(w)):near(math.exp(-2), 10*rtol)
+    expect(sol:final(v)):near(math.exp(-10), 10*rtol)
+  end
+  -- an oscillation that lasts stays explicit, beside a slow state that is much larger
+  local beside = dae { der(x) ~ 100*y, der(y) ~ -100*x, der(z) ~ 1000 }
+  for _, rtol in ipairs { 1e-3, 1e-5, 1e-8 } do
+    local sol = beside:integrate { start = { x = 1, y = 0, z = 0 }, to = 10, rtol = rtol, atol = rtol }
+    expect(sol:stats().method):matches "^verner87$"
+    expect(sol:final(x)):near(math.cos(1000), 300*rtol)
+  end
+end)
+
+test("a step of each method counts as it costs: van der Pol with μ = 5 is explicit, with μ = 1000 implicit",
+  function()
+  local function run(mu, rtol, method)
+    return dae { der(x) ~ y, der(y) ~ mu*(1 - x^2)*y - x }:integrate { start = { x = 2, y = 0 }, to = 5*mu,
+      rtol = rtol, atol = rtol, method = method }
+  end
+  for _, rtol in ipairs { 1e-6, 1e-8, 1e-10 } do
+    local sol, exact = run(5, rtol), run(5, 1e-12, "radau")
+    expect(sol:stats().jacobians):equals(0)
+    expect(distance(sol, exact, { "x", "y" }) < 300*rtol):is_true()
+    expect(run(1000, rtol):stats().method):matches "^radau"
+  end
+end)
