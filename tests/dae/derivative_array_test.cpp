@@ -186,4 +186,20 @@ TEST_CASE("rank with gap: units do not matter, noise is not counted") {
   CHECK(rank_with_gap(m).rank == 2);
 }
 
+TEST_CASE("rank in any units: a triangular matrix in units that fall from column to column is regular") {
+  for (const double factor : {1.0, 1 / 6.6, 6.6, 1e-4}) {
+    const int n = 16;
+    Mat m = Mat::Zero(n, n);
+    for (int k = 0; k + 1 < n; ++k) {
+      m(k, k) = std::pow(factor, k);
+      m(k, k + 1) = -std::pow(factor, k + 1);
+    }
+    m(n - 1, 0) = 1.5;
+    CHECK(rank_in_any_units(m).rank == n);
+    CHECK(rank_in_any_units(m).gap > clear_gap);
+    m.row(n - 1) = m.row(3) - 2 * m.row(7);
+    CHECK(rank_in_any_units(m).rank == n - 1);
+  }
+}
+
 }  // namespace pendula::derivative_array_test

@@ -64,10 +64,37 @@ test("chains of index 6 to 20 start in milliseconds, at the values of the power 
       local found = ("x%d of %d: %g, not %g"):format(k, n, start(x[k]), values[k])
       expect(error < 1e-8 and "right" or found):equals "right"
     end
-    local most = os.getenv "PENDULA_SANITIZED" and 30 or 5
+    local most = os.getenv "PENDULA_SANITIZED" and 30 or 2
     expect(seconds < most and "quick" or ("index %d: %.1f s"):format(n, seconds)):equals "quick"
     expect(tostring(start):find("0 free initial values", 1, true) ~= nil):equals(true)
+    expect(sys:index()):equals(n)
   end
+end)
+
+-- In another unit of time, x₁⁽¹⁷⁾ is 10⁻⁵¹ or 10⁵¹ times what it was.
+test("chains of index 18 have their index and start in milliseconds and in kiloseconds, too", function()
+  local values = expected(18)
+  for _, unit in ipairs { 1e-3, 1e3 } do
+    local x, equations = var("later", 18), {}
+    for k = 1, 17 do equations[k] = der(x[k]) ~ unit * (x[k + 1] + x[1] * x[k] / 5) end
+    equations[18] = 0 ~ x[1] + x[1]^3 / 10 - sin(unit * t)
+    local sys = dae(equations)
+    expect(sys:index()):equals(18)
+    local start = sys:init{}
+    for k = 1, 18 do
+      expect(math.abs(start(x[k]) - values[k]) < 1e-8 * (1 + math.abs(values[k]))):equals(true)
+    end
+  end
+end)
+
+-- Its Jacobian is triangular, with ones and 1 + cos(x₁)/2; terms e^(-x₁²) x_k/7 make their columns' units decrease.
+test("a chain that decays is not singular", function()
+  local x, equations = var("fade", 16), {}
+  for k = 1, 15 do equations[k] = der(x[k]) ~ x[k + 1] + exp(-x[1]^2) * x[k] / 7 end
+  equations[16] = 0 ~ x[1] + sin(x[1]) / 2 - cos(t) / (2 + t)
+  local sys = dae(equations)
+  expect(sys:index()):equals(16)
+  expect(sys:dof()):equals(0)
 end)
 
 test("what cannot be written out is not: traces and conditions of index 10 are short", function()

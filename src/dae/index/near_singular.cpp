@@ -73,27 +73,6 @@ class SizesWithout {
   Vec rows_;
 };
 
-/// Rows and columns scaled so that the logarithms of the entries are balanced: units of unknowns and equations, however
-/// far apart, change nothing.
-Mat balanced(Mat J) {
-  constexpr int sweeps = 60;
-  const auto center = [](auto&& line) {
-    double sum = 0;
-    int count = 0;
-    for (Eigen::Index k = 0; k < line.size(); ++k)
-      if (line[k] != 0) {
-        sum += std::log(std::fabs(line[k]));
-        ++count;
-      }
-    if (count) line *= std::exp(-sum / count);
-  };
-  for (int sweep = 0; sweep < sweeps; ++sweep) {
-    for (Eigen::Index i = 0; i < J.rows(); ++i) center(J.row(i));
-    for (Eigen::Index j = 0; j < J.cols(); ++j) center(J.col(j));
-  }
-  return J;
-}
-
 }  // namespace
 
 std::optional<std::string> note_on_rounding(const Model& m, const std::string& here,

@@ -93,10 +93,11 @@ NumericArray::NumericArray(const DerivativeArray& array, Units units)
       first_(array.first().size()),
       equations_(array.equations()) {
   prepare();
-  measure(units);
+  measure(units, known(0));
 }
 
-NumericArray::NumericArray(std::vector<Expr> rows, std::vector<Expr> columns, Units units)
+NumericArray::NumericArray(std::vector<Expr> rows, std::vector<Expr> columns, Units units,
+                           const std::unordered_map<Expr, double>* others)
     : columns_(std::move(columns)),
       outputs_(std::move(rows)),
       entries_(sparse_jacobian(outputs_, columns_)),
@@ -105,12 +106,27 @@ NumericArray::NumericArray(std::vector<Expr> rows, std::vector<Expr> columns, Un
       first_(0),
       equations_(rows_) {
   prepare();
-  measure(units);
+  measure(units, others ? *others : known(0));
+}
+
+NumericArray NumericArray::with_columns(std::vector<Expr> order) const {
+  std::unordered_map<Expr, int> place;
+  for (std::size_t j = 0; j < order.size(); ++j) place[order[j]] = static_cast<int>(j);
+  NumericArray other = *this;
+  other.evaluator_.reset();
+  for (Entry& e : other.entries_) e.column = place.at(columns_[static_cast<std::size_t>(e.column)]);
+  for (std::size_t j = 0; j < columns_.size(); ++j)
+    other.unit_[place.at(columns_[j])] = unit_[static_cast<Index>(j)];
+  other.columns_ = std::move(order);
+  return other;
 }
 
 void NumericArray::prepare() {
   for (const Entry& e : entries_) outputs_.push_back(e.value);
   const std::unordered_set<Expr> unknown(columns_.begin(), columns_.end());
+  const std::vector<Expr> slopes(outputs_.begin() + static_cast<std::ptrdiff_t>(rows_), outputs_.end()),
+      inside = leaves(slopes);
+  linear_ = std::none_of(inside.begin(), inside.end(), [&](Expr leaf) { return unknown.count(leaf) > 0; });
   for (Expr leaf : leaves(outputs_))
     if (!unknown.count(leaf) && symbol_of(leaf).kind != Kind::constant) others_.push_back(leaf);
   unit_ = Vec::Ones(static_cast<Index>(columns_.size()));
@@ -119,7 +135,7 @@ void NumericArray::prepare() {
 
 /// Units only where the model has sizes far from 1: nanometres, pascals. Long rows, derivatives of high order, say
 /// nothing that the equations they come from do not say; what these do not contain has the unit of its integral.
-void NumericArray::measure(Units units) {
+void NumericArray::measure(Units units, const std::unordered_map<Expr, double>& others) {
   constexpr double usual = 300;
   constexpr std::size_t many = 3000, short_row = 100;  // nodes: of all rows; of one, where they are many
   if (rows_ == 0 || columns_.empty() || rows_ > most_measured) return;
@@ -131,7 +147,7 @@ void NumericArray::measure(Units units) {
       rows.push_back(outputs_[i]);
       place.push_back(static_cast<Index>(i));
     }
-  Magnitudes m = magnitudes(rows, rows.size(), columns_, known(0), {});
+  Magnitudes m = magnitudes(rows, rows.size(), columns_, others, {});
   const auto inside = leaves(rows);
   const std::unordered_set<Expr> measured(inside.begin(), inside.end());
   std::unordered_map<Expr, Index> column;
@@ -205,8 +221,8 @@ std::optional<NumericArray::Solution> NumericArray::project(Vec w,
   Vec r, next_r;
   Mat J, next_J;
   evaluate_at(w, known, r, J);
-  const double farthest =
-      far_away * (w.size() ? std::max(1.0, w.cwiseQuotient(unit_).cwiseAbs().maxCoeff()) : 1);
+  const double farthest =  // derivatives of order 20 are 20! times the size of x
+      linear_ ? INFINITY : far_away * (w.size() ? std::max(1.0, w.cwiseQuotient(unit_).cwiseAbs().maxCoeff()) : 1);
   double last_step = INFINITY;
   int linear = 0, longest = 0;  // steps in a row that shrank only by a constant factor
   const auto is_slow = [&] { return linear >= 5 || (longest >= 12 && is_nearly_singular(J)); };

@@ -38,8 +38,12 @@ class NumericArray {
   enum class Units { far_from_one, always };
 
   explicit NumericArray(const DerivativeArray& array, Units units = Units::far_from_one);
-  /// Any equations in any unknowns.
-  NumericArray(std::vector<Expr> rows, std::vector<Expr> columns, Units units = Units::far_from_one);
+  /// Any equations in any unknowns; units where the other leaves have the values of `others`, or those of known(0).
+  NumericArray(std::vector<Expr> rows, std::vector<Expr> columns, Units units = Units::far_from_one,
+               const std::unordered_map<Expr, double>* others = nullptr);
+
+  /// The same unknowns in another order.
+  NumericArray with_columns(std::vector<Expr> order) const;
 
   /// Values for t, inputs, parameters without value: drawn from the seed and the name, the same for every k.
   std::unordered_map<Expr, double> known(int seed) const;
@@ -71,12 +75,13 @@ class NumericArray {
 
  private:
   void prepare();
-  void measure(Units units);
+  void measure(Units units, const std::unordered_map<Expr, double>& others);
 
   std::vector<Expr> columns_, outputs_, others_;  ///< others: leaves of the outputs that are no columns
   std::vector<Entry> entries_;
   Vec unit_, row_unit_;
   std::size_t rows_, states_, first_, equations_;
+  bool linear_ = false;  ///< in the columns
   mutable std::optional<Evaluator> evaluator_;  ///< of outputs_, made when it is needed
 };
 

@@ -119,10 +119,9 @@ static std::vector<int> dependent_rows(Mat J, int rank) {
   return rows;
 }
 
-std::optional<ConsistentPointRank::Point> ConsistentPointRank::point(int seed,
-                                                                     const std::vector<Expr>& columns,
+std::optional<ConsistentPointRank::Point> ConsistentPointRank::point(int seed, const NumericArray& numeric,
                                                                      int held, double size) const {
-  const NumericArray numeric(rows_, columns);
+  const std::vector<Expr>& columns = numeric.columns();
   const auto known = numeric.known(seed);
   Vec from = size * starting_point(numeric, seed);
   for (std::size_t j = 0; j < columns.size(); ++j)
@@ -151,47 +150,50 @@ Vec ConsistentPointRank::leading_units(const std::vector<Expr>& columns, const V
 
 /// Stage by stage, as Pryce (BIT 41(2), 2001, §3) solves for the Taylor coefficients: F_i^(c_i + s) = 0 for
 /// the x_j^(d_j + s), s = -max d … 0, each with what came before held. All at once, Gauss–Newton is drawn to
-/// points of low rank, where velocities are easier to satisfy: a parallelogram goes flat.
+/// points of low rank, where velocities are easier to satisfy: a parallelogram goes flat. Where a stage has no solution
+/// near 1, it has units of its own: derivatives of order 20 are as large as what came before makes them.
 std::optional<ConsistentPointRank::StagedValues> ConsistentPointRank::staged_values(
-    int seed, const std::vector<Expr>& columns) const {
+    int seed, const NumericArray& all) const {
   std::unordered_map<Expr, int> leading;
   for (std::size_t j = 0; j < variables_.size(); ++j) leading[variables_[j]] = offsets_.d[j];
-  const NumericArray numeric(rows_, columns);
-  StagedValues result{numeric.known(seed), numeric.start(seed), numeric.unit(), false};
+  StagedValues result{all.known(seed), all.start(seed), all.unit(), false};
   auto known = result.known;
   for (int stage = -*std::max_element(offsets_.d.begin(), offsets_.d.end()); stage <= 0; ++stage) {
     std::vector<Expr> rows, unknowns;
     for (std::size_t k = 0; k < rows_.size(); ++k)
       if (stages_[k] == stage) rows.push_back(rows_[k]);
-    std::vector<double> from;
-    for (std::size_t j = 0; j < columns.size(); ++j) {
-      const Symbol& s = symbol_of(columns[j]);
+    std::vector<Index> place;
+    for (std::size_t j = 0; j < all.columns().size(); ++j) {
+      const Symbol& s = symbol_of(all.columns()[j]);
       if (s.order - leading[s.base] != stage) continue;
-      unknowns.push_back(columns[j]);
-      from.push_back(result.w[static_cast<Index>(j)]);
+      unknowns.push_back(all.columns()[j]);
+      place.push_back(static_cast<Index>(j));
     }
     if (unknowns.empty()) continue;
-    Vec w = Eigen::Map<const Vec>(from.data(), static_cast<Index>(from.size()));
     if (!rows.empty()) {
-      const auto at = NumericArray(rows, unknowns).project(w, known, 0);
+      auto at = NumericArray(rows, unknowns).project(result.w(place), known, 0);
+      if (!at) {
+        const NumericArray sized(rows, unknowns, NumericArray::Units::far_from_one, &known);
+        result.w(place) = result.w(place).cwiseQuotient(result.unit(place)).cwiseProduct(sized.unit()).eval();
+        result.unit(place) = sized.unit();
+        at = sized.project(result.w(place), known, 0);
+      }
       if (!at) return {};
-      w = at->w;
+      result.w(place) = at->w;
       result.slow = result.slow || at->slow;
     }
-    for (std::size_t j = 0; j < unknowns.size(); ++j) known[unknowns[j]] = w[static_cast<Index>(j)];
+    for (Index j : place) known[all.columns()[static_cast<std::size_t>(j)]] = result.w[j];
   }
-  for (std::size_t j = 0; j < columns.size(); ++j) {
-    const auto it = known.find(columns[j]);
-    if (it == known.end()) return {};
-    result.w[static_cast<Index>(j)] = it->second;
-  }
-  return result;
+  const bool whole = std::all_of(all.columns().begin(), all.columns().end(),
+                                 [&](Expr leaf) { return known.count(leaf) > 0; });
+  return whole ? std::optional(std::move(result)) : std::nullopt;
 }
 
-std::optional<ConsistentPointRank::Point> ConsistentPointRank::staged_point(
-    int seed, const std::vector<Expr>& columns) const {
-  const auto at = staged_values(seed, columns);
+std::optional<ConsistentPointRank::Point> ConsistentPointRank::staged_point(int seed,
+                                                                            const NumericArray& all) const {
+  const auto at = staged_values(seed, all);
   if (!at) return {};
+  const std::vector<Expr>& columns = all.columns();
   auto [value, noise] = evaluate_stable(slopes_, columns, at->w, at->known, at->unit);
   const auto allowed = static_cast<std::ptrdiff_t>(jacobian_.size());
   if (std::any_of(value.begin() + allowed, value.end(), [](double x) { return std::fabs(x) < off_domain; }))
@@ -201,7 +203,7 @@ std::optional<ConsistentPointRank::Point> ConsistentPointRank::staged_point(
 
 std::optional<std::unordered_map<Expr, double>> ConsistentPointRank::consistent_values(int seed) const {
   const std::vector<Expr> columns = unknowns_in(rows_, slopes_, variables_);
-  const auto at = staged_values(seed, columns);
+  const auto at = staged_values(seed, NumericArray(rows_, columns));
   if (!at || at->slow) return {};
   std::unordered_map<Expr, double> values = at->known;
   for (std::size_t j = 0; j < columns.size(); ++j) values[columns[j]] = at->w[static_cast<Index>(j)];
@@ -211,13 +213,14 @@ std::optional<std::unordered_map<Expr, double>> ConsistentPointRank::consistent_
 bool ConsistentPointRank::proves_index(const Mat& J) const {
   const LowerIndexRows lower = lower_index_rows(offsets_, orders_);
   if (lower.asked == 0) return offsets_.index() == 0;
-  const RankGap rest = rank_with_gap(J(lower.rows, lower.other_columns));
+  const RankGap rest = rank_in_any_units(J(lower.rows, lower.other_columns));
   return rest.gap >= clear_gap && lower.cannot_determine(rest.rank);
 }
 
 ConsistentPointRanks ConsistentPointRank::ranks(int wanted, int seeds) const {
   ConsistentPointRanks result;
   const std::vector<Expr> columns = unknowns_in(rows_, slopes_, variables_);
+  const NumericArray numeric(rows_, columns);
   // integrals of nothing else are free, too, but no unknowns here: W′ = …, without W
   const int held = std::min(offsets_.value, static_cast<int>(columns.size()));
   const int enough = std::max(wanted, size_ <= 12 ? 16 : 3);  // before the rank is called deficient
@@ -227,7 +230,7 @@ ConsistentPointRanks ConsistentPointRank::ranks(int wanted, int seeds) const {
       if (!at.noise[k])
         J(jacobian_[k].row, jacobian_[k].column) = at.slopes[k] * at.unit[jacobian_[k].column];
     if (!J.allFinite()) return;
-    const int rank = rank_with_gap(J).rank;
+    const int rank = rank_in_any_units(J).rank;
     if (rank < size_ && (result.points == 0 || rank < result.least))
       result.dependent = dependent_rows(J, rank);
     result.most = std::max(result.most, rank);
@@ -237,14 +240,15 @@ ConsistentPointRanks ConsistentPointRank::ranks(int wanted, int seeds) const {
   constexpr int more = 6, high = 5;
   const auto take_staged = [&] {
     for (int seed = 0; seed < more && result.most < size_; ++seed)
-      if (const auto at = staged_point(seed, columns); at && !at->slow) take(*at);
+      if (const auto at = staged_point(seed, numeric); at && !at->slow) take(*at);
   };
   const bool staged_first = *std::max_element(offsets_.c.begin(), offsets_.c.end()) >= high;
   if (staged_first) take_staged();  // derivatives of high order lead Newton's method astray
   if (wanted == 1 && result.most == size_) return result;
   for (int seed = 0; seed < seeds && result.points < enough; ++seed) {
     const bool hold = seed % 4 == 1 && held > 0;
-    const auto at = hold ? point(seed, with_held_first(columns, seed), held) : point(seed, columns, 0);
+    const auto at = hold ? point(seed, numeric.with_columns(with_held_first(columns, seed)), held)
+                         : point(seed, numeric, 0);
     if (!at) continue;
     if (at->slow)
       ++result.slow;
@@ -257,7 +261,7 @@ ConsistentPointRanks ConsistentPointRank::ranks(int wanted, int seeds) const {
   constexpr int few = 5;
   if (result.slow >= few * result.points) result = {.slow = result.slow};
   if (result.points + result.slow == 0) {
-    const std::vector<Expr> all = with_given_ones(columns);
+    const NumericArray all(rows_, with_given_ones(columns));
     for (int seed = 0; seed < seeds && result.points < enough; ++seed)
       for (const double size : {1.0, 30.0})
         if (const auto at = point(seed, all, 0, size); at && !at->slow) take(*at);

@@ -11,6 +11,8 @@
 
 namespace pendula::dae {
 
+class NumericArray;
+
 /// Ranks of a system Jacobian at points that satisfy the equations.
 struct ConsistentPointRanks {
   int points = 0;           ///< at which the rank was taken
@@ -53,15 +55,15 @@ class ConsistentPointRank {
     Vec unit;  ///< of the columns of J: ranks are taken in units of the model
     bool slow;
   };
-  std::optional<Point> point(int seed, const std::vector<Expr>& columns, int held, double size = 1) const;
+  std::optional<Point> point(int seed, const NumericArray& numeric, int held, double size = 1) const;
   struct StagedValues {
     std::unordered_map<Expr, double> known;
     Vec w, unit;
     bool slow;
   };
-  std::optional<StagedValues> staged_values(int seed, const std::vector<Expr>& columns) const;
+  std::optional<StagedValues> staged_values(int seed, const NumericArray& all) const;
   Vec leading_units(const std::vector<Expr>& columns, const Vec& unit) const;
-  std::optional<Point> staged_point(int seed, const std::vector<Expr>& columns) const;
+  std::optional<Point> staged_point(int seed, const NumericArray& all) const;
   int points_of_one_equation() const;
   bool proves_index(const Mat& J) const;
   std::vector<Expr> with_held_first(std::vector<Expr> columns, int seed) const;

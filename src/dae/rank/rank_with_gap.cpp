@@ -1,5 +1,6 @@
 #include "dae/rank/rank_with_gap.hpp"
 
+#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -44,6 +45,39 @@ Mat equilibrated(Mat m) {
   return m;
 }
 
+namespace {
+
+/// Curtis & Reid (J. Inst. Maths Applics 10, 1972): the sum of squares of log |m_ij rᵢ cⱼ| over the entries is least, so
+/// that the result is the same in any units of rows and columns, however far apart. Logarithms of r, then of c.
+Vec balance(const Mat& m) {
+  const Index rows = m.rows(), n = rows + m.cols();
+  constexpr double slight = 1e-10;  // holds what is not determined: r and 1/c of a block that stands alone
+  std::vector<Eigen::Triplet<double>> lower;
+  Vec right = Vec::Zero(n);
+  for (Index k = 0; k < n; ++k) lower.emplace_back(k, k, slight);
+  for (Index j = 0; j < m.cols(); ++j)
+    for (Index i = 0; i < rows; ++i) {
+      const double size = std::fabs(m(i, j));
+      if (size == 0) continue;
+      lower.emplace_back(i, i, 1);
+      lower.emplace_back(rows + j, rows + j, 1);
+      lower.emplace_back(rows + j, i, 1);
+      right[i] -= std::log(size);
+      right[rows + j] -= std::log(size);
+    }
+  Eigen::SparseMatrix<double> normal(n, n);
+  normal.setFromTriplets(lower.begin(), lower.end());
+  return Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(normal).solve(right);
+}
+
+}  // namespace
+
+Mat balanced(const Mat& m) {
+  const Vec logs = balance(m);
+  return logs.head(m.rows()).array().exp().matrix().asDiagonal() * m *
+         logs.tail(m.cols()).array().exp().matrix().asDiagonal();
+}
+
 RankGap rank_with_gap(const Mat& given) {
   if (given.size() == 0) return {0, 1 / rounding};
   const Mat m = equilibrated(given);
@@ -60,6 +94,15 @@ RankGap rank_with_gap(const Mat& given) {
   for (Index i = 0; i + 1 < s.size(); ++i)
     if (s[i + 1] <= rank_cut && s[i] / s[i + 1] > best.gap) best = {static_cast<int>(i) + 1, s[i] / s[i + 1]};
   return best;
+}
+
+RankGap rank_in_any_units(const Mat& m) {
+  const RankGap first = rank_with_gap(m);
+  if (first.rank == std::min(m.rows(), m.cols()) || !m.allFinite()) return first;
+  const Mat other = balanced(equilibrated(m));
+  if (!other.allFinite()) return first;
+  const RankGap second = rank_with_gap(other);
+  return second.rank > first.rank && second.gap >= clear_gap ? second : first;
 }
 
 }  // namespace pendula::dae

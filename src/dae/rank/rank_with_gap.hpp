@@ -7,6 +7,9 @@ namespace pendula::dae {
 
 /// Rows and columns divided by their largest entries, three times in turn: ranks must not depend on units.
 Mat equilibrated(Mat m);
+/// Rows and columns scaled so that the logarithms of the entries are least in the sense of least squares: the same in
+/// any units of rows and columns.
+Mat balanced(const Mat& m);
 
 struct RankGap {
   int rank = 0;
@@ -18,5 +21,10 @@ constexpr double clear_gap = 1e6;  ///< between singular values that count and t
 /// QR factorisation with pivoting where its bounds show that gap, by the singular values elsewhere. Cost:
 /// O(r c min(r, c)), ten times less where QR is enough.
 RankGap rank_with_gap(const Mat& m);
+
+/// The same where entries are accurate beside themselves, none of them near a 0 that a better point would have: where
+/// the rank is not full, that of the balanced matrix if this is higher and clear. Largest entries of 1 do not make a
+/// matrix well scaled: a triangular one of ones, in units that fall from column to column, looks singular.
+RankGap rank_in_any_units(const Mat& m);
 
 }  // namespace pendula::dae
