@@ -340,3 +340,37 @@ test("nearest values of a mechanism in metres, micrometres, nanometres", functio
     end
   end
 end)
+
+-- From z = 0, a full step to z³ + z = 10⁹ is 10⁹ long, and e^z is no number there.
+test("starts that are far from 0, in any unit of z, of x and of the equation", function()
+  local z, x = vars "z x"
+  local laws = {
+    { function(u) return u^3 + u end, function(v) return v^3 + v end },
+    { function(u) return u^7 + 3*u end, function(v) return v^7 + 3*v end },
+    { function(u) return exp(u) - exp(-u) end, function(v) return math.exp(v) - math.exp(-v) end },
+    { function(u) return exp(u) + u end, function(v) return math.exp(v) + v end },
+    { function(u) return 1e-12*(exp(u/0.026) - 1) + u/1000 end,
+      function(v) return 1e-12*(math.exp(v/0.026) - 1) + v/1000 end },
+    { function(u) return sqrt(u) + u/1000 end, function(v) return math.sqrt(v) + v/1000 end },
+  }
+  for k, law in ipairs(laws) do
+    for _, value in ipairs { 1e4, 1e9, 1e14, 1e20 } do
+      for _, unit in ipairs { { 1, 1, 1 }, { 1e-9, 1, 1 }, { 1, 1e12, 1e3 }, { 1e12, 1e-12, 1e-9 } } do
+        local sys = dae { unit[3]*law[1](z/unit[1]) ~ unit[3]/unit[2]*x, der(x) ~ -x }
+        local start = sys:init { fix = { x = value*unit[2] } }
+        local off = law[2](start(z)/unit[1])/value - 1
+        expect(math.abs(off) < 1e-9 and "solved" or ("law %d at %g: %g off"):format(k, value, off))
+          :equals "solved"
+      end
+    end
+  end
+end)
+
+test("derivatives of any size", function()
+  local x, y = vars "x y"
+  for _, rate in ipairs { 1e-300, -1e-150, 1e300 } do
+    local start = dae { der(x) ~ rate, y ~ sin(x) }:init { fix = { x = 1 } }
+    expect(start(x.dot)):equals(rate)
+    expect(start(y)):near(math.sin(1), 1e-15)
+  end
+end)

@@ -222,7 +222,8 @@ std::optional<NumericArray::Solution> NumericArray::project(Vec w,
   Mat J, next_J;
   evaluate_at(w, known, r, J);
   const double farthest =  // derivatives of order 20 are 20! times the size of x
-      linear_ ? INFINITY : far_away * (w.size() ? std::max(1.0, w.cwiseQuotient(unit_).cwiseAbs().maxCoeff()) : 1);
+      linear_ ? INFINITY
+              : far_away * (w.size() ? std::max(1.0, w.cwiseQuotient(unit_).cwiseAbs().maxCoeff()) : 1);
   double last_step = INFINITY;
   int linear = 0, longest = 0;  // steps in a row that shrank only by a constant factor
   const auto is_slow = [&] { return linear >= 5 || (longest >= 12 && is_nearly_singular(J)); };

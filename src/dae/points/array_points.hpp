@@ -81,7 +81,7 @@ class NumericArray {
   std::vector<Entry> entries_;
   Vec unit_, row_unit_;
   std::size_t rows_, states_, first_, equations_;
-  bool linear_ = false;  ///< in the columns
+  bool linear_ = false;                         ///< in the columns
   mutable std::optional<Evaluator> evaluator_;  ///< of outputs_, made when it is needed
 };
 

@@ -308,7 +308,7 @@ std::optional<Magnitudes> SizeEquations::operator()(std::span<const double> valu
     for (Index j = 0; j < n; ++j) singles.push_back({j, 0, 0.1});
     log_unit = p.least(right_sides, singles);
   }
-  constexpr double largest = 200;  // e²⁰⁰ is 1e87: products of units stay finite
+  constexpr double largest = 690;  // e⁶⁹⁰ is 1e299: a unit is a number, and no smaller than one that is given
   Magnitudes result{log_unit.cwiseMin(largest).cwiseMax(-largest).array().exp(),
                     Vec(static_cast<Index>(p.rows.size()))};
   for (std::size_t i = 0; i < p.rows.size(); ++i)

@@ -18,7 +18,8 @@ using Sparse = Eigen::SparseMatrix<double>;
 
 constexpr double solved_below = 1e-10;  // scaled residual that counts as satisfied
 constexpr int max_iterations = 60;
-constexpr double shortest_step = 1e-4;   // of a full step: a search that needs less has stalled
+constexpr double shortest_step =
+    1e-4;  // beside a full step or the point: a search that needs less has stalled
 constexpr double polishing_step = 0.75;  // at a solution: a full step that makes it no better is rounding
 constexpr double sufficient = 0.1;       // share of the predicted decrease that a step must bring
 constexpr double rounding_step = 1e-15;  // relative to the size of every unknown
@@ -194,7 +195,10 @@ StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selecti
     const Vec step = reach.cwiseProduct(least_step(weighted, weight.cwiseProduct(r)));
     if (!step.allFinite()) break;
     const double size = weight.cwiseProduct(r).norm();
-    const double shortest = out.solved ? polishing_step : shortest_step;
+    // each unknown beside itself: units of some may be too small by many orders
+    const double full = step.cwiseQuotient(Vec::Ones(w.size()) + omega.cwiseAbs()).cwiseAbs().maxCoeff();
+    // from z = 0 to z³ + z = 10⁹, a full step is 10⁹, and the way to the solution 10³
+    const double shortest = out.solved ? polishing_step : shortest_step / std::max(1.0, full);
     double alpha = 1;
     Vec trial;
     for (; alpha > shortest; alpha /= 2) {
@@ -207,10 +211,7 @@ StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selecti
       halvings = moved > half_low * last_step && moved < half_high * last_step ? halvings + 1 : 0;
     out.slow = halvings >= double_root_after;
     last_step = moved;
-    // each unknown beside itself: units of some may be too small by many orders
-    const double digits =
-        alpha * step.cwiseQuotient(Vec::Ones(w.size()) + omega.cwiseAbs()).cwiseAbs().maxCoeff();
-    if (alpha <= shortest || digits <= rounding_step) break;
+    if (alpha <= shortest || alpha * full <= rounding_step) break;
     w = trial;
   }
   return out;
