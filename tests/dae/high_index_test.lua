@@ -87,7 +87,8 @@ test("chains of index 18 have their index and start in milliseconds and in kilos
   end
 end)
 
--- Its Jacobian is triangular, with ones and 1 + cos(x₁)/2; terms e^(-x₁²) x_k/7 make their columns' units decrease.
+-- Its Jacobian is triangular, with ones and 1 + cos(x₁)/2; terms e^(-x₁²) x_k/7 make the units of its columns
+-- decrease.
 test("a chain that decays is not singular", function()
   local x, equations = var("fade", 16), {}
   for k = 1, 15 do equations[k] = der(x[k]) ~ x[k + 1] + exp(-x[1]^2) * x[k] / 7 end

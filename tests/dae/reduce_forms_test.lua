@@ -220,3 +220,33 @@ test("form array, a table as start, at rest: the rows of motion that do not dete
   local low = pend:reduce("array", { at = pend:init { fix = start } })
   expect(low:integrate { start = start, to = 1, rtol = 1e-8 }(x^2 + y^2, 1)):near(1, 1e-7)
 end)
+
+-- Gains are rates: 10 in each unit of time means nothing to a pendulum in nanoseconds.
+test("the default gains of baumgarte follow the model's own time", function()
+  local x, y = vars "x y"
+  for _, second in ipairs { 1, 1e3, 1e9, 1e-9 } do                -- in the unit of time
+    local sys = lagrange { q = { x, y }, T = (x.dot^2 + y.dot^2)/2, V = 9.81/second^2*y,
+      C = { x^2 + y^2 - 1 } }
+    local start = sys:init { fix = { x = 0.6, [x.dot] = 0 }, guess = { y = -0.8 } }
+    local low = sys:reduce "baumgarte"
+    local sol = low:integrate { start = start, to = second, rtol = 1e-9 }
+    expect(sol(x, second)):near(-0.59793276, 1e-7)
+    expect(sol(y, second)):near(-0.80154626, 1e-7)
+    expect(sol:stats().steps < 200):equals(true)
+    local told = low:trace():find("for a motion in units of", 1, true) ~= nil
+    expect(told):equals(second ~= 1)
+  end
+end)
+
+test("so they do where speeds have names and values are parameters, in nanometres, too", function()
+  local x, y, v, w, la = vars "x y v w la"
+  for _, unit in ipairs { { 1, 1 }, { 1e-9, 1e-9 }, { 1e-9, 1 }, { 1e6, 1 }, { 1, 1e6 } } do
+    local metre, second = 1/unit[1], 1/unit[2]                    -- in units of length and time
+    local g, l = param("g", 9.81*metre/second^2), param("l", metre)
+    local sys = dae { der(x) ~ v, der(y) ~ w, der(v) ~ -la*x, der(w) ~ -la*y - g, 0 ~ x^2 + y^2 - l^2 }
+    local start = sys:init { fix = { x = 0.6*metre, v = 0 }, guess = { y = -0.8*metre } }
+    local sol = sys:reduce "baumgarte":integrate { start = start, to = second, rtol = 1e-9 }
+    expect(sol(x, second)/metre):near(-0.59793276, 1e-8)
+    expect(sol(y, second)/metre):near(-0.80154626, 1e-8)
+  end
+end)

@@ -114,7 +114,7 @@ NumericArray NumericArray::with_columns(std::vector<Expr> order) const {
   for (std::size_t j = 0; j < order.size(); ++j) place[order[j]] = static_cast<int>(j);
   NumericArray other = *this;
   other.evaluator_.reset();
-  for (Entry& e : other.entries_) e.column = place.at(columns_[static_cast<std::size_t>(e.column)]);
+  for (Entry& e : other.entries_) e.column = place.at(columns_[e.column]);
   for (std::size_t j = 0; j < columns_.size(); ++j)
     other.unit_[place.at(columns_[j])] = unit_[static_cast<Index>(j)];
   other.columns_ = std::move(order);

@@ -182,7 +182,7 @@ std::optional<ConsistentPointRank::StagedValues> ConsistentPointRank::staged_val
       result.w(place) = at->w;
       result.slow = result.slow || at->slow;
     }
-    for (Index j : place) known[all.columns()[static_cast<std::size_t>(j)]] = result.w[j];
+    for (Index j : place) known[all.columns()[j]] = result.w[j];
   }
   const bool whole = std::all_of(all.columns().begin(), all.columns().end(),
                                  [&](Expr leaf) { return known.count(leaf) > 0; });

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <unordered_set>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -9,6 +10,7 @@
 #include "dae/model/forms.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/model/make_model.hpp"
+#include "dae/model/parameter_values.hpp"
 #include "dae/model/solved_rows.hpp"
 #include "dae/points/array_points.hpp"
 #include "dae/reduce/reduced_forms.hpp"
@@ -25,6 +27,12 @@ namespace {
 using Index = Eigen::Index;
 
 constexpr const char* nothing_hidden = "no constraint that has to be differentiated";
+
+Expr power_of_ten(int exponent) {
+  mpz_class power;
+  mpz_ui_pow_ui(power.get_mpz_t(), 10, static_cast<unsigned long>(std::abs(exponent)));
+  return Expr(exponent < 0 ? mpq_class(1) / power : mpq_class(power));
+}
 
 // ── ggl
 // ──────────────────────────────────────────────────────────────────────────────────────────────────────
@@ -72,21 +80,16 @@ class MultiplierUnits {
       for (int k = 0; k <= v.order; ++k) columns.push_back(derivative_leaf(v.leaf, k));
     const NumericArray numeric(rows, columns);
     for (std::size_t j = 0; j < columns.size(); ++j)
-      position_[columns[j]] = power_of_ten(numeric.unit()[static_cast<Index>(j)]);
+      position_[columns[j]] = decades(numeric.unit()[static_cast<Index>(j)]);
     for (std::size_t k = 0; k < positions.size(); ++k)
-      constraint_.push_back(power_of_ten(numeric.row_unit()[static_cast<Index>(first.residuals.size() + k)]));
+      constraint_.push_back(decades(numeric.row_unit()[static_cast<Index>(first.residuals.size() + k)]));
   }
 
   /// (∂C_k/∂q)ᵀ μ_k in these units: μ_k has none.
-  Expr factor(Expr q, std::size_t k) const {
-    const int exponent = 2 * position_.at(q) - constraint_[k];
-    mpz_class power;
-    mpz_ui_pow_ui(power.get_mpz_t(), 10, static_cast<unsigned long>(std::abs(exponent)));
-    return Expr(exponent < 0 ? mpq_class(1) / power : mpq_class(power));
-  }
+  Expr factor(Expr q, std::size_t k) const { return power_of_ten(2 * position_.at(q) - constraint_[k]); }
 
  private:
-  static int power_of_ten(double unit) { return static_cast<int>(std::lround(std::log10(unit))); }
+  static int decades(double unit) { return static_cast<int>(std::lround(std::log10(unit))); }
   std::unordered_map<Expr, int> position_;
   std::vector<int> constraint_;
 };
@@ -207,13 +210,60 @@ namespace {
 
 struct Gains {
   Expr alpha, beta;
-  bool chosen;  ///< by us
+  bool chosen;     ///< by us
+  Expr time = {};  ///< then, of the model, if it is far from 1
 };
 
-Gains gains(const ReduceOptions& options) {
-  constexpr int usual = 10;  // 1/s: a violation has decayed after about half a second
-  const Expr alpha = options.alpha.value_or(options.beta.value_or(Expr(usual)));
-  const Gains g{alpha, options.beta.value_or(alpha), !options.alpha && !options.beta};
+/// x x″ + x′² for the unknowns of the constraints, x′ by its name v if it has one: sums whose terms are alike in size
+/// tell that of speeds, about which x′ = v and v′ = g say nothing.
+std::vector<Expr> rows_about_speeds(const Model& m, const std::unordered_set<Expr>& constrained) {
+  const Substitution known = kinematics(m);
+  std::unordered_map<Expr, int> order;
+  for (const Variable& v : m.variables) order[v.leaf] = v.order;
+  std::vector<Expr> rows;
+  for (Expr x : constrained) {
+    const auto own = order.find(x);
+    if (own == order.end() || own->second == 0) continue;
+    const auto named = known.find(derivative_leaf(x));
+    const bool renamed = named != known.end() && named->second.is_symbol();
+    const Expr speed = renamed ? named->second : derivative_leaf(x);
+    if (renamed ? order.count(speed) && order.at(speed) > 0 : own->second > 1)
+      rows.push_back(x * derivative_leaf(speed) + pow(speed, Expr(2)));
+  }
+  return rows;
+}
+
+/// 10ᵏ units of time, in which the constrained unknowns change by their own size; 1 where all sizes are near 1.
+Expr own_time(const Model& m, const std::vector<Chain>& list) {
+  std::vector<Expr> rows = residuals_at_values(m), C, columns;
+  for (const Chain& chain : list) C.push_back(chain.below[0].residual);
+  std::unordered_set<Expr> constrained;
+  for (Expr leaf : leaves(C))
+    if (symbol_of(leaf).kind == Kind::variable) constrained.insert(symbol_of(leaf).base);
+  for (Expr c : at_values(C, m.values)) rows.push_back(c);
+  for (Expr row : rows_about_speeds(m, constrained)) rows.push_back(row);
+  for (Expr leaf : leaves(rows))
+    if (symbol_of(leaf).kind == Kind::variable) columns.push_back(leaf);
+  const NumericArray numeric(rows, columns);
+  std::unordered_map<Expr, double> size;  // its logarithm to the base 10
+  for (std::size_t j = 0; j < columns.size(); ++j)
+    size[columns[j]] = std::log10(numeric.unit()[static_cast<Index>(j)]);
+  std::vector<double> decades;
+  for (Expr x : constrained)
+    if (const Expr slope = derivative_leaf(x); size.count(x) && size.count(slope))
+      decades.push_back(size[x] - size[slope]);
+  if (decades.empty()) return Expr(1);
+  const auto middle = decades.begin() + static_cast<std::ptrdiff_t>(decades.size() / 2);
+  std::nth_element(decades.begin(), middle, decades.end());
+  return power_of_ten(static_cast<int>(std::lround(*middle)));
+}
+
+Gains gains(const ReduceOptions& options, const Model& m, const std::vector<Chain>& list) {
+  constexpr int usual = 10;  // a violation has decayed after about half a unit of the model's time
+  const bool chosen = !options.alpha && !options.beta;
+  const Expr time = chosen ? own_time(m, list) : Expr(1);
+  const Expr alpha = options.alpha.value_or(options.beta.value_or(Expr(usual) / time));
+  const Gains g{alpha, options.beta.value_or(alpha), chosen, time};
   for (const auto& [name, gain] : {std::pair{"alpha", g.alpha}, std::pair{"beta", g.beta}}) {
     if (gain.is_constant() && constant_value(gain) <= 0)
       throw Error(text("form \"baumgarte\": ", name, " = ", to_text(gain),
@@ -260,6 +310,7 @@ std::vector<std::string> meaning(const Gains& g) {
       "."));
   lines.push_back(
       text("     Warning: the gains", g.chosen ? ", chosen by default," : "",
+           g.time.is_one() ? "" : text(" for a motion in units of ", to_text(g.time), ","),
            " are not part of the physics. Small gains let numerical drift grow; large gains make the "
            "equations stiff, and an explicit method needs α dt well below 2. Choose 1/α as a few "
            "steps, below the time constants of the model. While the violation of an inconsistent "
@@ -270,11 +321,11 @@ std::vector<std::string> meaning(const Gains& g) {
 }  // namespace
 
 ModelPtr reduce_baumgarte(const ModelPtr& model, const ReduceOptions& request) {
-  const Gains g = gains(request);
   const ModelPtr source = regular_form(original(model));
   const ModelPtr low = reduce_acc(source);
   const std::vector<Chain> list = chains(*source, *low);
   if (list.empty()) refuse_form("baumgarte", *source, nothing_hidden);
+  const Gains g = gains(request, *source, list);
   ModelOptions options = child_of(low);
   options.form = "baumgarte";
   options.drift = DriftLaw::decay;
