@@ -32,6 +32,11 @@ bool varies(Expr e, const Problem& problem) {
   });
 }
 
+/// b^{-2}: an exponent that is a number below 0.
+bool is_negative_power(Expr e) {
+  return e.op() == Op::pow && e.operand(1).is_constant() && constant_value(e.operand(1)) < 0;
+}
+
 std::vector<Candidate> make_candidates(const Problem& problem) {
   std::vector<Candidate> list;
   std::unordered_set<Expr> seen;
@@ -45,10 +50,12 @@ std::vector<Candidate> make_candidates(const Problem& problem) {
   for (Expr node : topological(problem.model().F)) {
     if (node.is_constant() || node.is_symbol()) continue;
     if (node.op() == Op::exp) add(node.operand(0), false);
-    if (node.op() == Op::tanh || node.op() == Op::cosh) add_switch(node.operand(0));
+    if (node.op() == Op::tanh || node.op() == Op::cosh || node.op() == Op::atan) add_switch(node.operand(0));
     const bool inverse = node.op() == Op::div || node.op() == Op::pow;
     if (!inverse) continue;
-    const Expr divisor = node.operand(node.op() == Op::div ? 1 : 0);  // 1 + eᵛ
+    const Expr divisor = node.operand(node.op() == Op::div ? 1 : 0);
+    if (node.op() == Op::div || is_negative_power(node)) add(divisor, true);
+    // 1 + eᵛ
     for (Expr part : topological({&divisor, 1}))
       if (!part.is_constant() && !part.is_symbol() && part.op() == Op::exp) add_switch(part.operand(0));
   }
@@ -175,15 +182,37 @@ std::optional<PeakMonitor::Peak> PeakMonitor::peak_between(std::size_t i, Sample
     std::swap(side * middle.values[nodes() + i] > 0 ? low : behind, middle);
   }
   const double top = side * low.values[i], end = std::max(side * last_[i], side * next_[i]);
-  const double curvature =
-      side * (low.values[nodes() + i] - behind.values[nodes() + i]) / (behind.share - low.share);
-  if (!(curvature > 0)) return {};
-  if (divisor) {  // 1/(d + κ θ²/2): half of it at θ² = 2 d/κ
-    if (!(-top * std::exp(high) < -end)) return {};
-    return Peak{low.share, std::max(std::sqrt(-2 * top / curvature), least_width)};
+  if (divisor ? !(-top * std::exp(high) < -end) : !(top - end > high) || top < least_exponent) return {};
+  const double width = half_width(low.share, [&](double share) {
+    look(from, to, share, middle.values);
+    const double there = side * middle.values[i];
+    return divisor ? there <= 2 * top : there <= top - 0.5;
+  });
+  return Peak{low.share, divisor ? std::max(width, least_width) : width};
+}
+
+/// How far from a top, as a share of the step, the peak has fallen: to e^{-1/2} of it, or half of 1/d. The mean of both
+/// sides, those within the step; a power of the curvature would not do for 1/(1 + θ⁸).
+template <class Fallen>
+double PeakMonitor::half_width(double top, const Fallen& has_fallen) {
+  constexpr double narrowest = 1e-7;
+  constexpr int halvings = 3;
+  double sum = 0;
+  int sides = 0;
+  for (const double side : {-1.0, 1.0}) {
+    const auto is_inside = [&](double width) { return top + side * width >= 0 && top + side * width <= 1; };
+    double far = narrowest;
+    while (is_inside(far) && !has_fallen(top + side * far)) far *= 2;
+    if (!is_inside(far)) continue;
+    double near = far / 2;
+    for (int k = 0; k < halvings; ++k) {
+      const double middle = (near + far) / 2;
+      (has_fallen(top + side * middle) ? far : near) = middle;
+    }
+    sum += far;
+    ++sides;
   }
-  if (!(top - end > high) || top < least_exponent) return {};
-  return Peak{low.share, 1 / std::sqrt(curvature)};
+  return sides > 0 ? sum / sides : 1;
 }
 
 /// x′ of the equations less that of the cubic through the ends, at a share of the step.

@@ -53,6 +53,8 @@ class PeakMonitor {
   bool turns(std::size_t i, const Values& low, const Values& behind) const;
   std::optional<Peak> peak_between(std::size_t i, Sample low, Sample behind, const Point& from,
                                    const Point& to);
+  template <class Fallen>
+  double half_width(double top, const Fallen& has_fallen);
   double matters(const Peak& peak, const Point& from, const Point& to);
   bool defect(const Point& from, const Point& to, double share, Vec& out);
 
