@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <unordered_set>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -214,9 +213,13 @@ struct Gains {
   Expr time = {};  ///< then, of the model, if it is far from 1
 };
 
+bool contains(const std::vector<Expr>& list, Expr e) {
+  return std::find(list.begin(), list.end(), e) != list.end();
+}
+
 /// x x″ + x′² for the unknowns of the constraints, x′ by its name v if it has one: sums whose terms are alike in size
 /// tell that of speeds, about which x′ = v and v′ = g say nothing.
-std::vector<Expr> rows_about_speeds(const Model& m, const std::unordered_set<Expr>& constrained) {
+std::vector<Expr> rows_about_speeds(const Model& m, const std::vector<Expr>& constrained) {
   const Substitution known = kinematics(m);
   std::unordered_map<Expr, int> order;
   for (const Variable& v : m.variables) order[v.leaf] = v.order;
@@ -237,9 +240,10 @@ std::vector<Expr> rows_about_speeds(const Model& m, const std::unordered_set<Exp
 Expr own_time(const Model& m, const std::vector<Chain>& list) {
   std::vector<Expr> rows = residuals_at_values(m), C, columns;
   for (const Chain& chain : list) C.push_back(chain.below[0].residual);
-  std::unordered_set<Expr> constrained;
+  std::vector<Expr> constrained;
   for (Expr leaf : leaves(C))
-    if (symbol_of(leaf).kind == Kind::variable) constrained.insert(symbol_of(leaf).base);
+    if (const Symbol& s = symbol_of(leaf); s.kind == Kind::variable && !contains(constrained, s.base))
+      constrained.push_back(s.base);
   for (Expr c : at_values(C, m.values)) rows.push_back(c);
   for (Expr row : rows_about_speeds(m, constrained)) rows.push_back(row);
   for (Expr leaf : leaves(rows))

@@ -18,8 +18,7 @@ using Sparse = Eigen::SparseMatrix<double>;
 
 constexpr double solved_below = 1e-10;  // scaled residual that counts as satisfied
 constexpr int max_iterations = 60;
-constexpr double shortest_step =
-    1e-4;  // beside a full step or the point: a search that needs less has stalled
+constexpr double shortest_step = 1e-4;   // of a full step, or beside the point: shorter ones have stalled
 constexpr double polishing_step = 0.75;  // at a solution: a full step that makes it no better is rounding
 constexpr double sufficient = 0.1;       // share of the predicted decrease that a step must bring
 constexpr double rounding_step = 1e-15;  // relative to the size of every unknown
