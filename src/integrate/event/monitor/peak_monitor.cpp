@@ -88,14 +88,29 @@ void PeakMonitor::follow(const ProblemPtr& problem) {
   if (original_ == problem && version_ == problem->version()) return;
   original_ = problem;
   version_ = problem->version();
-  problem_ = std::make_shared<Problem>(*problem);
+  arguments_ = problem->values();
+  own_.reset();
   rhs_.reset();
 }
 
+/// A copy of the problem: run and monitor place different points. Most runs need none.
+const ProblemPtr& PeakMonitor::own() {
+  if (!own_) own_ = std::make_shared<Problem>(*original_);
+  return own_;
+}
+
 void PeakMonitor::evaluate(const Point& point, Values& out) {
-  problem_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
   out.resize(kernel_.outputs());
-  kernel_(problem_->values().data(), out.data());
+  if (original_->model().u.empty()) {
+    arguments_[0] = point.t;
+    double* to = arguments_.data() + 1;  // Problem::arguments()
+    for (const Vec* part : {&point.x, &point.xdot, &point.z})
+      to = std::copy_n(part->data(), part->size(), to);
+    kernel_(arguments_.data(), out.data());
+    return;
+  }
+  own()->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  kernel_(own()->values().data(), out.data());
 }
 
 /// On the cubic through the ends of a step; slopes by shares of it.
@@ -219,7 +234,7 @@ double PeakMonitor::half_width(double top, const Fallen& has_fallen) {
 bool PeakMonitor::defect(const Point& from, const Point& to, double share, Vec& out) {
   hermite(from, to, share, inside_);
   const Vec slope = inside_.xdot;
-  if (!rhs_) rhs_ = std::make_unique<RhsSolver>(problem_, ignored_);
+  if (!rhs_) rhs_ = std::make_unique<RhsSolver>(own(), ignored_);
   if (!(*rhs_)(inside_.t, inside_.x.data(), inside_.xdot.data(), inside_.z.data())) return false;
   out = inside_.xdot - slope;
   return out.allFinite();

@@ -34,6 +34,7 @@ class PeakMonitor {
 
  private:
   void follow(const ProblemPtr& problem);
+  const ProblemPtr& own();
   using Values = std::vector<double>;  ///< u of all nodes, then their slopes
   struct Sample {
     double share = 0;
@@ -60,7 +61,8 @@ class PeakMonitor {
 
   ProblemPtr original_;  ///< that of the run
   unsigned version_ = 0;
-  ProblemPtr problem_;  ///< a copy: run and monitor place different points
+  ProblemPtr own_;
+  Values arguments_;  ///< of the kernel, where the model has no inputs
   Tolerances tolerances_;
   std::vector<char> is_divisor_;   ///< of every node
   std::vector<char> is_parabola_;  ///< in t: turns inside a step where its slopes at the ends say so
