@@ -28,14 +28,17 @@ void IrkStepper::polynomial(double part, double dt, double* value, double* slope
 
 /// Of z in units of a tenth of its swing, of x in tolerances: the larger of the two.
 double IrkStepper::missed_between_stages(double dt) {
-  constexpr int looks = 3;
+  constexpr int looks = 5;
   if (!determined_ || m() == 0 || rhs_.is_linear()) return 0;
-  const PulseWatch::Step step{
-      here_.t,      dt,
-      last_.dt,     f().c,
-      looks,        [this, dt](double part, double* y, double* slope) { polynomial(part, dt, y, slope); },
-      scales_.scale};
-  if (!pulses_.is_due(step, here_.z, next_.z)) return 0;
+  pulses_.begin(here_.z, next_.z);
+  for (std::size_t first = static_cast<std::size_t>(n()); first < Z_.size();
+       first += static_cast<std::size_t>(N_)) {
+    for (int k = 0; k < m(); ++k) work_.transformed[k] = y_[n() + k] + Z_[first + k];
+    pulses_.include(work_.transformed.data());
+  }
+  if (!pulses_.is_due(scales_.scale)) return 0;
+  const auto curve = [this, dt](double part, double* y, double* slope) { polynomial(part, dt, y, slope); };
+  const PulseWatch::Step step{here_.t, dt, f().c, looks, curve, scales_.scale};
   const double z = pulses_.look(step, rhs_, tolerances_.rtol.minCoeff());
   return std::max(z, missed_norm(dt, pulses_.missed()));
 }

@@ -22,24 +22,22 @@ void PulseWatch::start(const Vec& z) {
   for (std::size_t k = 0; k < swings_.size(); ++k) swings_[k] = {z[k], z[k]};
 }
 
-bool PulseWatch::is_due(const Step& step, const Vec& z, const Vec& z_end) {
-  constexpr double longer = 1.1, quarter = 0.25, visible = 100;
+void PulseWatch::begin(const Vec& z, const Vec& z_end) {
+  for (std::size_t k = 0; k < in_step_.size(); ++k) in_step_[k] = {z[k], z[k]};
+  include(z_end.data());
+}
+
+void PulseWatch::include(const double* z) {
+  for (std::size_t k = 0; k < in_step_.size(); ++k) in_step_[k].include(z[k]);
+}
+
+bool PulseWatch::is_due(const std::vector<double>& scale) const {
+  constexpr double quarter = 0.25, visible = 100;
   for (std::size_t k = 0; k < in_step_.size(); ++k) {
-    in_step_[k] = {z[k], z[k]};
-    in_step_[k].include(z_end[k]);
+    const double again =
+        std::min(in_step_[k].high, swings_[k].high) - std::max(in_step_[k].low, swings_[k].low);
+    if (again > std::max(quarter * swings_[k].width(), visible * scale[n_ + k])) return true;
   }
-  double begin = 0;
-  for (const double node : step.nodes) {  // every other look: a node may have the value of the beginning
-    for (int i = 2; i <= step.looks; i += 2) {
-      step.curve(begin + (node - begin) * i / (step.looks + 1), y_.data(), slope_.data());
-      for (std::size_t k = 0; k < in_step_.size(); ++k) in_step_[k].include(y_[n_ + k]);
-    }
-    begin = node;
-  }
-  if (step.dt > longer * step.last_dt) return step.last_dt > 0;
-  for (std::size_t k = 0; k < in_step_.size(); ++k)
-    if (in_step_[k].width() > std::max(quarter * swings_[k].width(), visible * step.scale[n_ + k]))
-      return true;
   return false;
 }
 

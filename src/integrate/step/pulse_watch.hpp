@@ -17,7 +17,7 @@ class PulseWatch {
  public:
   /// A step as a method has made it.
   struct Step {
-    double t, dt, last_dt;          ///< last_dt = 0: there was none
+    double t, dt;
     std::span<const double> nodes;  ///< ascending parts of the step, at whose ends the equations hold
     int looks;                      ///< between two nodes; odd
     /// y = (x, z) and x′ of the continuous extension at this part of the step.
@@ -27,15 +27,19 @@ class PulseWatch {
 
   PulseWatch(int n, int m);
   void start(const Vec& z);
-  /// Could something hide in this step, from z to z_end? Where it is longer than the last one, or where a z swings, other
-  /// than by rounding, by a quarter of what it has swung by since the start, as in a sixth of a period.
-  bool is_due(const Step& step, const Vec& z, const Vec& z_end);
+  /// A step from z to z_end; include() what z is between them.
+  void begin(const Vec& z, const Vec& z_end);
+  void include(const double* z);
+  /// Could something hide in this step? Where a z goes again, other than by rounding, over a quarter of what it has swung
+  /// by since the start, as in a sixth of a period. One that only goes on, as in a transient, hides nothing: between two
+  /// values that were not there before it would have to go back unseen. scale: the tolerances of (x, z).
+  bool is_due(const std::vector<double>& scale) const;
   /// The distance of z on the continuous extension from what the equations say there, in units of a tenth of its swing in
   /// the step; 2 where they say nothing. Then missed() is the integral of x′ of the equations less that of the extension,
   /// in parts of dt, by Simpson's rule.
   double look(const Step& step, RhsSolver& rhs, double accuracy);
   const Vec& missed() const { return missed_; }
-  /// is_due() was asked of this step, and it counts.
+  /// The step counts.
   void accept();
 
  private:
@@ -46,7 +50,7 @@ class PulseWatch {
   };
   int n_;
   std::vector<Range> swings_;   ///< of every z since the start
-  std::vector<Range> in_step_;  ///< of the step that is_due() was asked of
+  std::vector<Range> in_step_;  ///< since begin()
   Vec missed_;
   std::vector<double> y_, slope_;
 };

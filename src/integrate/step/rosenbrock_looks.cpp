@@ -29,15 +29,16 @@ double RosenbrockStepper::missed_on_the_way(double dt) {
   constexpr int looks = 7;
   constexpr std::array<double, 1> end = {1};
   if (m() == 0 || rhs_.is_linear()) return 0;
-  const PulseWatch::Step step{
-      here_.t,
-      dt,
-      last_.dt,
-      end,
-      looks,
-      [this, dt](double part, double* y, double* slope) { curve(last_.dense.data(), part, dt, y, slope); },
-      at_end_.weights};
-  if (!pulses_.is_due(step, here_.z, next_.z)) return 0;
+  const auto on_curve = [this, dt](double part, double* y, double* slope) {
+    curve(last_.dense.data(), part, dt, y, slope);
+  };
+  pulses_.begin(here_.z, next_.z);
+  for (const double part : {0.25, 0.5, 0.75}) {
+    on_curve(part, U_.data(), R_.data());
+    pulses_.include(U_.data() + n());
+  }
+  if (!pulses_.is_due(at_end_.weights)) return 0;
+  const PulseWatch::Step step{here_.t, dt, end, looks, on_curve, at_end_.weights};
   const double z = pulses_.look(step, rhs_, tolerances_.rtol.minCoeff());
   const Vec& missed = pulses_.missed();
   const auto norm = [this](double factor, const double* v) {
