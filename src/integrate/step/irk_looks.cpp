@@ -1,7 +1,5 @@
 // Looks between the stages of an implicit step (pulse_watch.hpp).
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 #include "integrate/step/irk_stepper.hpp"
 
@@ -40,29 +38,24 @@ double IrkStepper::missed_between_stages(double dt) {
   const auto curve = [this, dt](double part, double* y, double* slope) { polynomial(part, dt, y, slope); };
   const PulseWatch::Step step{here_.t, dt, f().c, looks, curve, scales_.scale};
   const double z = pulses_.look(step, rhs_, tolerances_.rtol.minCoeff());
-  return std::max(z, missed_norm(dt, pulses_.missed()));
+  return std::max(z, pulses_.missed_norm(dt, scales_.scale, [&](const Vec& missed, std::vector<double>& e) {
+    return filter_missed(dt, missed, e);
+  }));
 }
 
-/// ‖((γ/h) M + J)⁻¹ γ M δ‖, δ = missed; no more than ‖h δ‖ where nothing grows in a step.
-double IrkStepper::missed_norm(double dt, const Vec& missed) {
-  const auto norm = [this](double factor, const double* v) {
-    ErrorSum sum;
-    for (int k = 0; k < n(); ++k) sum.add(factor * v[k] / scales_.scale[k]);
-    return sum.norm(N_);
-  };
-  if (norm(dt, missed.data()) < 1) return 0;
+/// e = ((γ/h) M + J)⁻¹ γ M δ, δ = missed.
+bool IrkStepper::filter_missed(double dt, const Vec& missed, std::vector<double>& e) {
   if (matrices().code) {  // it has factors of its own
     shift(f().gamma / dt);
-    if (!matrices().real.factorise(shifted_.real.data())) return 0;
+    if (!matrices().real.factorise(shifted_.real.data())) return false;
   }
-  std::fill(error_.begin(), error_.end(), 0.0);
+  std::fill(e.begin(), e.end(), 0.0);
   for (std::size_t k = 0; k < jacobian_.entries.size(); ++k) {
     const Position& at = rows_.positions[k];
-    if (rows_.in_mass[k]) error_[at.row] += f().gamma * jacobian_.entries[k] * missed[at.column];
+    if (rows_.in_mass[k]) e[at.row] += f().gamma * jacobian_.entries[k] * missed[at.column];
   }
-  matrices().real.solve(error_.data());
-  const double filtered = norm(1, error_.data());
-  return std::isfinite(filtered) ? filtered : std::numeric_limits<double>::max();
+  matrices().real.solve(e.data());
+  return true;
 }
 
 }  // namespace pendula::integrate

@@ -143,7 +143,7 @@ class IrkStepper final : public Stepper {
   double correction_at_end(double dt);
   void polynomial(double part, double dt, double* value, double* slope) const;
   double missed_between_stages(double dt);
-  double missed_norm(double dt, const Vec& missed);
+  bool filter_missed(double dt, const Vec& missed, std::vector<double>& e);
   double stiff_error_at_end(double dt);
   void release_stiff_error(double dt);
   double damped_error_norm(double dt, bool again);

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "integrate/solve/tolerances.hpp"
 
 namespace pendula::integrate {
 
@@ -66,6 +69,18 @@ double PulseWatch::look(const Step& step, RhsSolver& rhs, double accuracy) {
     begin = node;
   }
   return worst;
+}
+
+double PulseWatch::missed_norm(double dt, const std::vector<double>& scale,
+                               const std::function<bool(const Vec&, std::vector<double>&)>& filter) {
+  const auto norm = [&](double factor, const double* v) {
+    ErrorSum sum;
+    for (int k = 0; k < n_; ++k) sum.add(factor * v[k] / scale[k]);
+    return sum.norm(static_cast<int>(y_.size()));
+  };
+  if (norm(dt, missed_.data()) < 1 || !filter(missed_, y_)) return 0;
+  const double filtered = norm(1, y_.data());
+  return std::isfinite(filtered) ? filtered : std::numeric_limits<double>::max();
 }
 
 void PulseWatch::accept() {

@@ -35,10 +35,14 @@ class PulseWatch {
   /// values that were not there before it would have to go back unseen. scale: the tolerances of (x, z).
   bool is_due(const std::vector<double>& scale) const;
   /// The distance of z on the continuous extension from what the equations say there, in units of a tenth of its swing in
-  /// the step; 2 where they say nothing. Then missed() is the integral of x′ of the equations less that of the extension,
+  /// the step; 2 where they say nothing. missed_norm() has the integral of x′ of the equations less that of the extension,
   /// in parts of dt, by Simpson's rule.
   double look(const Step& step, RhsSolver& rhs, double accuracy);
-  const Vec& missed() const { return missed_; }
+  /// What x misses by that in a step of size dt, in the tolerances `scale`. filter(missed, e): the error e of (x, z) that
+  /// the integral leaves where the equations are stiff, as the error estimate of the method has it, false where it has
+  /// none; asked only where h times the integral is visible.
+  double missed_norm(double dt, const std::vector<double>& scale,
+                     const std::function<bool(const Vec&, std::vector<double>&)>& filter);
   /// The step counts.
   void accept();
 

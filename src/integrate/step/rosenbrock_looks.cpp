@@ -1,8 +1,6 @@
 // Looks between the ends of a Rosenbrock step (pulse_watch.hpp): its stages hold no equations.
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <limits>
 
 #include "integrate/step/rosenbrock_stepper.hpp"
 
@@ -40,23 +38,22 @@ double RosenbrockStepper::missed_on_the_way(double dt) {
   if (!pulses_.is_due(at_end_.weights)) return 0;
   const PulseWatch::Step step{here_.t, dt, end, looks, on_curve, at_end_.weights};
   const double z = pulses_.look(step, rhs_, tolerances_.rtol.minCoeff());
-  const Vec& missed = pulses_.missed();
-  const auto norm = [this](double factor, const double* v) {
-    ErrorSum sum;
-    for (int k = 0; k < n(); ++k) sum.add(factor * v[k] / at_end_.weights[k]);
-    return sum.norm(N_);
-  };
-  if (norm(dt, missed.data()) < 1) return z;
+  return std::max(z, pulses_.missed_norm(dt, at_end_.weights, [&](const Vec& missed, std::vector<double>& e) {
+    return filter_missed(dt, missed, e);
+  }));
+}
+
+/// e = (M/(γh) + J)⁻¹ M δ/γ, δ = missed.
+bool RosenbrockStepper::filter_missed(double dt, const Vec& missed, std::vector<double>& e) {
   if (entries_at_ != here_.t) keep_jacobian(here_, entries_);
-  const double gh = method_->gamma() * dt;
-  if (!factorise_at_end(gh, entries_)) return z;
-  std::fill(R_.begin(), R_.end(), 0.0);
-  for (std::size_t k = 0; k < entries_.size(); ++k)
-    if (rows_.in_mass[k])
-      R_[rows_.positions[k].row] += entries_[k] * missed[rows_.positions[k].column] / method_->gamma();
-  at_end_.solver.solve(R_.data());
-  const double filtered = norm(1, R_.data());
-  return std::isfinite(filtered) ? std::max(z, filtered) : std::numeric_limits<double>::max();
+  if (!factorise_at_end(method_->gamma() * dt, entries_)) return false;
+  std::fill(e.begin(), e.end(), 0.0);
+  for (std::size_t k = 0; k < entries_.size(); ++k) {
+    const Position& at = rows_.positions[k];
+    if (rows_.in_mass[k]) e[at.row] += entries_[k] * missed[at.column] / method_->gamma();
+  }
+  at_end_.solver.solve(e.data());
+  return true;
 }
 
 }  // namespace pendula::integrate

@@ -49,6 +49,7 @@ class RosenbrockStepper final : public Stepper {
   bool factorise_at_end(double gh, const std::vector<double>& entries);
   void curve(const double* dense, double part, double dt, double* y, double* slope) const;
   double missed_on_the_way(double dt);
+  bool filter_missed(double dt, const Vec& missed, std::vector<double>& e);
   void end_step(double dt);
   bool complete(double dt);
   bool refine(const StepView& step, double t, Point& out);
