@@ -300,8 +300,7 @@ bool EventFinder::may_hide(const Sample& a, const Sample& b, int depth) const {
 
 /// At the end of the run there is no step behind a root that would show the change of sign.
 bool EventFinder::ends_at_zero(std::size_t i, const Sample& a, const Sample& b) const {
-  if (b.t < end_ || (*events_)[i].surface || std::fabs(a.g[i]) <= tiny || opposite(a.g[i], b.g[i]))
-    return false;
+  if (b.t < end_ || std::fabs(a.g[i]) <= tiny || opposite(a.g[i], b.g[i])) return false;
   if (!slope_known_[i] && !(*events_)[i].termination_reason.empty()) return falls_to_zero(i, a, b);
   return a.g[i] * b.slope[i] < 0 && is_zero(i, b);
 }

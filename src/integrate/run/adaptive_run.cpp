@@ -13,12 +13,12 @@
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
 #include "expr/print/print.hpp"
-#include "integrate/event/jumps.hpp"
 #include "integrate/event/monitor/domain_monitor.hpp"
 #include "integrate/event/monitor/peak_monitor.hpp"
 #include "integrate/plan/run_monitors.hpp"
 #include "integrate/plan/stall_detector.hpp"
 #include "integrate/run/event_handler.hpp"
+#include "integrate/run/input_breaks.hpp"
 #include "integrate/run/method_selector.hpp"
 #include "integrate/solution/rounding_watch.hpp"
 #include "integrate/solution/standstill.hpp"
@@ -76,6 +76,7 @@ class AdaptiveRun {
         modes_(state_, method_),
         monitors_(state_.problem, state_.plan, state_.finder, *state_.history),
         events_(state_, modes_, monitors_),
+        breaks_(state_, events_),
         domain_(*state_.problem, state_.plan.guards, state_.plan.tolerances, state_.plan.check_singularities),
         peaks_(*state_.problem, state_.plan.tolerances, state_.problem->is_ode()),
         standstill_(*state_.problem, state_.plan.tolerances, state_.plan.events.list),
@@ -120,6 +121,7 @@ class AdaptiveRun {
       outcome = stopped_at(state_.reached,
                            text("the condition of an event, ", to_text(plan().events.list[never].when),
                                 ", was not a number anywhere on the solution"));
+    state_.writer.release();
     state_.problem->set_limit(std::numeric_limits<double>::infinity());
     const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
     modes_.report();
@@ -145,7 +147,7 @@ class AdaptiveRun {
     state_.view.record = nullptr;
     if (modes_.slide_where_creeping()) events_.begin_again(Point(stepper().here()), {});
     step();
-    if (!plan().monitored_inputs.empty() && repeated_up_to_break()) return;
+    if (breaks_.has_repeated_step()) return;
     if (has_passed_pole(outcome)) return;
     if (const double off = peaks_.missed(state_.problem, stepper().before(), stepper().here())) {
       if (!peaks_.is_tired() && events_.repeated_shorter()) return restart_monitors();
@@ -156,17 +158,18 @@ class AdaptiveRun {
     if (modes_.has_missed_excursion() && events_.repeated_shorter()) return restart_monitors();
     if (events_.after_step(outcome)) return restart_monitors();
     if (plan().modes > 0) modes_.require_way_on(stepper().before());
-    state_.keep(stepper().here(), false);
+    const bool done = stepper().here().t >= plan().to, at_break = stepper().here().t >= state_.end;
+    state_.keep(stepper().here(), at_break && (!done || breaks_.are_at_end()));
     standstill_.after(stepper().here(), plan().to - stepper().here().t);
     if (!stepper().is_explicit() && rounding_.wants(state_.stats().steps))
       rounding_.after(*state_.problem, stepper().before(), stepper().here(), state_.stats().steps);
-    const bool done = stepper().here().t >= plan().to;
     if (const auto stop = monitors_.after({stepper().before(), stepper().here(), done, state_.stats()}))
       return stop_at(*stop, outcome);
     if (done) {
       outcome.ending = Ending::finished;
-    } else if (stepper().here().t >= state_.end) {
-      pass_break();
+      if (breaks_.are_at_end()) breaks_.arrive();
+    } else if (at_break) {
+      breaks_.pass();
     } else {
       if (plan().modes > 0 && modes_.differ()) events_.begin_again(Point(stepper().here()), {});
       if (plan().stop_when && plan().stop_when(stepper().here()))
@@ -188,6 +191,7 @@ class AdaptiveRun {
       return method_.step();
     } catch (const Failure&) {
       const Point here = stepper().here();
+      if (breaks_.has_jumped_to_next(here)) return method_.step();
       const bool thawed = plan().modes > 0 && modes_.thaw_all(here);
       if (!thawed && !modes_.slide_where_crossed(here, true)) throw;
       events_.begin_again(here, {});
@@ -239,41 +243,6 @@ class AdaptiveRun {
     return true;
   }
 
-  /// A step over a jump or kink of an input is taken back; the next ones end there.
-  bool repeated_up_to_break() {
-    const double from = stepper().before().t, to = stepper().here().t;
-    const bool at_break = to >= state_.end;
-    std::optional<double> first;
-    sizes_.resize(plan().monitored_inputs.size());
-    for (std::size_t i = 0; i < sizes_.size(); ++i)
-      if (const auto t = find_break(plan().monitored_inputs[i], from, to, at_break, sizes_[i]);
-          t && (!first || *t < *first))
-        first = t;
-    if (!first || *first <= from) return false;
-    // where it stands at the beginning, u(0) = 0 and u(t) = 1 behind it, a moment of its own is left to it
-    const double moment = std::max(1e-14 * state_.interval(), 32 * std::numeric_limits<double>::epsilon() *
-                                                                  std::max(std::fabs(from), std::fabs(to)));
-    if (*first - from < moment) {
-      if (to - from <= 2 * moment) return false;
-      first = from + moment;
-    }
-    --state_.stats().steps;
-    ++state_.stats().rejected;
-    state_.end = *first;
-    state_.limit(*first);
-    stepper().start(Point(stepper().before()), state_.end);
-    return true;
-  }
-
-  /// Goes on behind a time at which inputs are not smooth, with steps of the size they had.
-  void pass_break() {
-    const Point here = stepper().here();
-    state_.aim(here.t);
-    stepper().suggest(stepper().next_dt());
-    events_.begin_again(here, {});
-    stepper().suggest(0);
-  }
-
   /// The solution at the time at which the run stops, or the last steps continued to it.
   Point point_near(double t) {
     if (stop_point_) return *stop_point_;
@@ -306,6 +275,7 @@ class AdaptiveRun {
   ModeTracker modes_;
   AdaptiveStepMonitors monitors_;
   EventHandler events_;
+  InputBreaks breaks_;
   DomainMonitor domain_;
   PeakMonitor peaks_;
   Standstill standstill_;
@@ -315,7 +285,6 @@ class AdaptiveRun {
   bool ended_ = false;      ///< by an event at the start
   Point first_;
   std::optional<Point> stop_point_;  ///< where the run has stopped, by the step that passed it
-  std::vector<double> sizes_;        ///< of the monitored inputs: the largest so far
   int since_progress_ = 0;
 };
 

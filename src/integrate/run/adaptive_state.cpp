@@ -1,6 +1,7 @@
 #include "integrate/run/adaptive_state.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace pendula::integrate {
@@ -56,6 +57,28 @@ void AdaptiveState::keep(const Point& last, bool about_to_jump) {
   writer.step(last, about_to_jump,
               [&](double t, Point& out) { stepper().interpolate(view, t, Detail::full, out); });
   reached = last.t;
+}
+
+void AdaptiveState::go_on(const Point& before) {
+  writer.go_on(stepper().here(), jumps(before, stepper().here()));
+}
+
+bool AdaptiveState::jumps(const Point& before, const Point& after) const {
+  constexpr double tolerances_of_z = 10, share_of_slope = 1e-3, slopes = 1e-6;
+  const Tolerances& tol = plan.tolerances;
+  for (Eigen::Index i = 0, n = before.x.size(); i < before.z.size(); ++i) {
+    const double size = std::max(std::fabs(before.z[i]), std::fabs(after.z[i]));
+    if (std::fabs(after.z[i] - before.z[i]) > tolerances_of_z * (tol.atol[n + i] + tol.rtol[n + i] * size))
+      return true;
+  }
+  if (before.xdot.size() == 0) return false;
+  const double floor =
+      slopes * std::max(before.xdot.lpNorm<Eigen::Infinity>(), after.xdot.lpNorm<Eigen::Infinity>());
+  for (Eigen::Index i = 0; i < before.xdot.size(); ++i) {
+    const double size = std::max(std::fabs(before.xdot[i]), std::fabs(after.xdot[i]));
+    if (std::fabs(after.xdot[i] - before.xdot[i]) > share_of_slope * size + floor) return true;
+  }
+  return false;
 }
 
 Point AdaptiveState::inside(double t, Detail detail) {

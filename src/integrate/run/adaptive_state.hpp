@@ -31,6 +31,8 @@ struct AdaptiveState {
   void view_step();
   /// The step, or its part up to an event, belongs to the solution. about_to_jump: see OutputWriter.
   void keep(const Point& end, bool about_to_jump);
+  /// The stepper has begun anew where the last step ended, which was announced as about to jump.
+  void go_on(const Point& before);
   /// The point inside the last step. z of index 1 is solved for.
   Point inside(double t, Detail detail);
 
@@ -45,6 +47,9 @@ struct AdaptiveState {
   double end = 0;      ///< of the next step at the latest
 
  private:
+  /// Do z or x′ differ by more than their errors?
+  bool jumps(const Point& before, const Point& after) const;
+
   std::vector<double> record_;
   double limit_ = std::numeric_limits<double>::infinity();
 };

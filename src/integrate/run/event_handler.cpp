@@ -99,7 +99,7 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
   // a step of a few ulp from here to the end is no step
   const bool at_end = s.plan.to - hit.t <= 4 * std::numeric_limits<double>::epsilon() * std::fabs(s.plan.to);
   point.t = at_end ? s.plan.to : hit.t;
-  s.keep(point, may_jump);
+  s.keep(point, may_jump || surface);
   const Point before = point;
   bool stop = false, changed = false, settle_after = false;
   for (const auto& crossing : hit.list) {
@@ -108,14 +108,23 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
     stop = stop || reply.stop;
     changed = changed || !reply.reset.empty();
   }
-  if ((changed || (surface && !at_end)) && !stop) restart(point, before, hit);
+  bool begun = false;
+  if (!stop && (changed || (surface && !at_end))) {
+    restart(point, before, hit);
+    begun = true;
+  } else if (!stop && surface) {
+    begun = arrives(point, before, hit);
+  }
   if (changed) {
     if (!stop) point = s.stepper().here();
     s.history->begin(point);
     s.writer.begin(point);
     settle_after = !stop;
+  } else if (begun) {
+    s.go_on(before);
+  } else {
+    s.writer.go_on(point, false);  // held back, but nothing has jumped
   }
-  if (may_jump && !changed && s.plan.times) s.writer.begin(point);  // held back, but nothing has jumped
   write_records(point);
   if (settle_after && settle()) stop = true;
   if (stop) outcome.ending = Ending::event;
@@ -286,6 +295,16 @@ void EventHandler::restart(const Point& point, const Point& before, const EventF
   const double slope = follows ? state_.finder.slope(hit.list.front().which, before) : 0;
   begin_again(point, hit.list);
   if (follows) follow_sensitivities(before, hit, slope);
+}
+
+/// At `to`: where no solution goes on behind the border, none has to, and the values are those before it.
+bool EventHandler::arrives(const Point& point, const Point& before, const EventFinder::Hit& hit) {
+  try {
+    restart(point, before, hit);
+    return true;
+  } catch (const Failure&) {
+    return false;
+  }
 }
 
 void EventHandler::check_accumulation(const Point& point, const EventFinder::Hit& hit) {

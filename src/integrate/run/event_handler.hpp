@@ -51,6 +51,7 @@ class EventHandler {
   EventReply apply(const EventFinder::Crossing& crossing, Point& point);
   void reset(Point& point, const std::vector<std::pair<Expr, double>>& values);
   void restart(const Point& point, const Point& before, const EventFinder::Hit& hit);
+  bool arrives(const Point& point, const Point& before, const EventFinder::Hit& hit);
   void check_accumulation(const Point& point, const EventFinder::Hit& hit);
   void follow_sensitivities(const Point& before, const EventFinder::Hit& hit, double slope);
   void write_records(const Point& after);

@@ -78,6 +78,17 @@ double jump_at(const Plan& plan, double t) {
   return next != plan.breaks.end() && *next <= t + near ? t - near : std::numeric_limits<double>::infinity();
 }
 
+/// x′ and z behind a jump of inputs: what a solution has at the time of a jump. Where the run ends, nothing has to go on.
+void settle_behind(RungeKutta& engine, Point& point, bool at_end) {
+  const Point before = point;
+  try {
+    engine.settle(point);
+  } catch (const Failure&) {
+    if (!at_end) throw;
+    point = before;
+  }
+}
+
 /// Steps until the end or until something stops them.
 RunOutcome run(Problem& problem, RungeKutta& engine, Point& here, const Plan& plan, OutputWriter& writer,
                Solution& solution, FixedStepMonitors& monitors) {
@@ -99,11 +110,11 @@ RunOutcome run(Problem& problem, RungeKutta& engine, Point& here, const Plan& pl
         solution.cut(stop->t);
         return stopped_at(*stop);
       }
+      problem.set_limit(std::numeric_limits<double>::infinity());
+      if (std::isfinite(jump) && !plan.direct) settle_behind(engine, next, k == steps);
       writer.step(next, false, [&](double t, Point& out) { engine.step(here, t - here.t, out, false); });
       std::swap(here, next);
       if (plan.progress && k % 16 == 0) plan.progress(here.t, engine.stats());
-      problem.set_limit(std::numeric_limits<double>::infinity());
-      if (std::isfinite(jump) && !plan.direct) engine.settle(here);  // x′ and z behind the jump
       if (plan.stop_when && k < steps && plan.stop_when(here)) return {Ending::stop_when, ""};
     }
   } catch (const Interrupted&) {

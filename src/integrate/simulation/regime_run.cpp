@@ -45,7 +45,10 @@ class RegimeRun {
       }
       was_here_ = false;
       const bool stuck = outcome.ending == Ending::stopped;  // where events accumulate, for example
-      if (left_ && t_ >= simulation_.plan.to) outcome = {Ending::finished, ""};
+      if (t_ >= simulation_.plan.to && (left_ || outcome.ending == Ending::finished)) {
+        outcome = {Ending::finished, ""};
+        arrive(*next);
+      }
       if ((!left_ && !stuck) || outcome.ending == Ending::finished || k == most_regimes) break;
       why.clear();
       const std::uint64_t here = next->regime->choice;
@@ -85,20 +88,69 @@ class RegimeRun {
     const SolutionPtr solution(trajectory, &trajectory->solution());
     strays_ = is_left_unseen(*solution, start);
     if (strays_) return solution->outcome();
-    if (const std::string where = text(regime.region.where, " (index ", regime.index, ")"); where != regime_)
-      whole_.solution().add_regime({t_, regime_ = where});
     const std::vector<EventRecord>& events = solution->events();
     left_ = solution->ending() == Ending::event && !events.empty() &&
             std::any_of(events.begin(), events.end(), [&](const EventRecord& e) {
               return static_cast<std::size_t>(e.which) >= asked && e.t == events.back().t;
             });
     if (solution->ending() == Ending::event && stops_by_user(events, asked)) left_ = false;
-    whole_.add({regime.form, solution, t_}, asked);
+    add(regime, solution, asked);
     const int apart = 1 + solution->size() / 100;
     for (int i = 0; i < solution->size(); i += apart) measure(whole_.pieces().translated(solution->point(i)));
     const Point end = whole_.pieces().translated(solution->final());
     remember(end);
     return solution->outcome();
+  }
+
+  /// The run ends at `to`: where a regime ends there as well, the values are those of the next one. Where none goes on,
+  /// none has to.
+  void arrive(const dae::RegimeStart& last) {
+    const dae::Regime& regime = *last.regime;
+    const Solution& ended = *whole_.pieces().last().solution;
+    if (!left_ && !is_near_border(ended, last)) return;
+    std::string why;
+    const auto next = regimes_.enter(request(), regime.choice, {}, why, tolerance());
+    if (!next || (!next->jumps && next->regime->choice == regime.choice)) return;
+    Simulation part = simulation_;
+    part.plan.from = t_;
+    part.start = translated(next->at, next->regime->form);
+    const ProblemPtr problem = make_problem(next->regime->form, part);
+    const auto solution = std::make_shared<Solution>(problem);
+    solution->set_method(ended.method_name(), ended.dt());
+    solution->save(start_point(*problem, part));
+    solution->finish({Ending::finished, ""}, {}, 0);
+    add(*next->regime, solution, simulation_.events.size());
+  }
+
+  /// Is a margin that the piece began with 0, but for rounding, where it ends?
+  bool is_near_border(const Solution& ended, const dae::RegimeStart& start) const {
+    constexpr double near = 1e-13;  // of the terms: their rounding; Regimes::enter() decides
+    for (std::size_t i = 0; i < start.slack.size(); ++i) {
+      const Expr margin = dae::resolve(*start.regime->form, start.regime->region.margins[i]);
+      if (start.slack[i] > 0) continue;
+      const dae::PointValues values = values_at(ended, ended.final(), margin);
+      dae::Sizes sizes{values};
+      for (const auto& [leaf, size] : sizes_)
+        if (const auto at = sizes.of.find(leaf); at != sizes.of.end())
+          at->second = std::max(std::fabs(at->second), size);
+      if (dae::value_at(margin, values) <= near * dae::size_of(margin, values, sizes)) return true;
+    }
+    return false;
+  }
+
+  static dae::PointValues values_at(const Solution& solution, const Point& point, Expr e) {
+    dae::PointValues values;
+    values[time_symbol()] = point.t;
+    const std::vector<Expr> inside = leaves({&e, 1});
+    const Vec there = solution.values(inside, point);
+    for (std::size_t k = 0; k < inside.size(); ++k) values[inside[k]] = there[static_cast<Eigen::Index>(k)];
+    return values;
+  }
+
+  void add(const dae::Regime& regime, const SolutionPtr& solution, std::size_t shown) {
+    if (const std::string where = text(regime.region.where, " (index ", regime.index, ")"); where != regime_)
+      whole_.solution().add_regime({t_, regime_ = where});
+    whole_.add({regime.form, solution, t_, true}, shown);
   }
 
   /// A margin that is 0 where the piece begins, with all derivatives that are known there, is negative behind: what

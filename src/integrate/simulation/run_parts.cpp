@@ -155,19 +155,46 @@ bool SolutionInParts::continues_at(const dae::ConsistentState& start) const {
   return true;
 }
 
-void SolutionInParts::add(RunPart piece, std::size_t shown) {
-  const bool first = pieces_->empty();
-  const SolutionPtr solution = piece.solution;
-  pieces_->add(std::move(piece));
-  for (int i = first ? 0 : 1; !simulation_.plan.times && i < solution->size(); ++i)
-    merged_->save(pieces_->translated(solution->point(i)));
-  const double end = solution->t().back(),
-               rounding = 1e-14 * std::max(std::fabs(solution->t().front()), std::fabs(end));
-  for (; next_time_ < times_.size() && times_[next_time_] <= end + rounding; ++next_time_) {
-    Point point = pieces_->translated(solution->at(std::min(times_[next_time_], end)));
+/// By more than errors of a run.
+static bool differ(const Vec& a, const Vec& b) {
+  constexpr double share = 1e-3, least = 1e-9;
+  for (Eigen::Index i = 0; i < a.size(); ++i) {
+    const double allowed = std::max(share * std::max(std::fabs(a[i]), std::fabs(b[i])), least);
+    if (std::fabs(a[i] - b[i]) > allowed) return true;
+  }
+  return false;
+}
+
+static bool differ(const Point& a, const Point& b) {
+  return differ(a.x, b.x) || differ(a.xdot, b.xdot) || differ(a.z, b.z);
+}
+
+double SolutionInParts::rounding_of_times() const {
+  const std::vector<double>& t = pieces_->last().solution->t();
+  return 1e-14 * std::max(std::fabs(t.front()), std::fabs(t.back()));
+}
+
+/// The times up to `end` that have no point yet, of the last part.
+void SolutionInParts::save_times(double end) {
+  const Solution& part = *pieces_->last().solution;
+  for (; next_time_ < times_.size() && times_[next_time_] <= end; ++next_time_) {
+    Point point =
+        pieces_->translated(part.at(std::clamp(times_[next_time_], part.t().front(), part.t().back())));
     point.t = times_[next_time_];
     merged_->save(point);
   }
+}
+
+void SolutionInParts::add(RunPart piece, std::size_t shown) {
+  const SolutionPtr solution = piece.solution;
+  const bool may_jump = piece.may_jump;
+  std::optional<Point> before;
+  if (!pieces_->empty()) before = pieces_->translated(pieces_->last().solution->final());
+  pieces_->add(std::move(piece));
+  const bool with_start = !before || (may_jump && differ(*before, pieces_->translated(solution->point(0))));
+  for (int i = with_start ? 0 : 1; !simulation_.plan.times && i < solution->size(); ++i)
+    merged_->save(pieces_->translated(solution->point(i)));
+  save_times(solution->t().back() - rounding_of_times());
   for (EventRecord event : solution->events()) {
     if (static_cast<std::size_t>(event.which) >= shown) continue;
     event.before = pieces_->translated(event.before);
@@ -189,6 +216,7 @@ void SolutionInParts::add(RunPart piece, std::size_t shown) {
 
 TrajectoryPtr SolutionInParts::finish(const RunOutcome& outcome) {
   const Solution& last = *pieces_->last().solution;
+  save_times(last.t().back() + rounding_of_times());
   merged_->set_method(last.method_name(), last.dt());
   merged_->set_continuation(pieces_);
   merged_->finish(outcome, stats_, seconds_);

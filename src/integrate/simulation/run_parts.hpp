@@ -27,6 +27,7 @@ struct RunPart {
   dae::ModelPtr model;
   SolutionPtr solution;
   double from = 0;
+  bool may_jump = false;  ///< its first point is part of the solution, where it is another one than the last
 };
 
 /// Times between saved points are asked of the piece they belong to.
@@ -80,11 +81,14 @@ class SolutionInParts {
   bool continues_at(const dae::ConsistentState& start) const;
   /// Has the caller's plan ended the last part?
   bool is_stopped() const { return stopped_; }
-  /// Events with a number from `shown` on are not the user's.
+  /// Events with a number from `shown` on are not the user's. A time that is the end of a part belongs to the next one.
   void add(RunPart piece, std::size_t shown);
   TrajectoryPtr finish(const RunOutcome& outcome);
 
  private:
+  double rounding_of_times() const;
+  void save_times(double end);
+
   dae::ModelPtr model_;
   const Simulation& simulation_;
   ProblemPtr problem_;

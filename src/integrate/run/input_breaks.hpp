@@ -1,0 +1,33 @@
+// Times at which inputs are not smooth: steps end there, and the run goes on with the values behind them.
+#pragma once
+
+#include "integrate/run/event_handler.hpp"
+
+namespace pendula::integrate {
+
+class InputBreaks {
+ public:
+  InputBreaks(AdaptiveState& state, EventHandler& events) : state_(state), events_(events) {}
+
+  /// A step over a jump or kink of a monitored input is taken back; the next ones end there.
+  bool has_repeated_step();
+  /// Where an unknown jumps with an input, the errors of steps across are never small: they become shorter until none is
+  /// left between the last point and the jump. Then the run goes on behind it.
+  bool has_jumped_to_next(const Point& here);
+  /// Goes on behind a time at which inputs are not smooth, with steps of the size they had.
+  void pass();
+  /// Is there a break at `to`?
+  bool are_at_end() const;
+  /// Inputs that jump at `to` have their new values there, as at any other time.
+  void arrive();
+
+ private:
+  std::optional<double> first_between(double from, double to, bool at_break);
+  double shortest_part(double t) const;
+
+  AdaptiveState& state_;
+  EventHandler& events_;
+  std::vector<double> sizes_;  ///< of the monitored inputs: the largest so far
+};
+
+}  // namespace pendula::integrate
