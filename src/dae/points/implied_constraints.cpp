@@ -135,6 +135,8 @@ double ConstraintPositions::driven_speed(const NumericArray& kept, const std::ve
 
 /// Do all constraints hold where the kept ones do, a step away along every direction that these allow, and later? The
 /// step is shortened where it leads to no position or to a far one: q may be small beside its distance from the origin.
+/// So it is where the others do not hold, but have no gradient of their own beside: the step has passed a position in which
+/// the kept ones are dependent.
 bool ConstraintPositions::hold_beside(ConstraintRank& found, const NumericArray& kept, const Vec& at,
                                       const Known& known) const {
   constexpr double shares[] = {0.05, 5e-3, 5e-4,
@@ -146,25 +148,23 @@ bool ConstraintPositions::hold_beside(ConstraintRank& found, const NumericArray&
   const double speed = depends_on_time_ && r ? driven_speed(kept, found.kept, at, known) : 0;
   if (free.cols() == 0 && !depends_on_time_) return true;
   for (Index k = 0; k < std::max<Index>(free.cols(), 1); ++k) {
-    Vec moved;
-    Known later;
-    std::optional<NumericArray::Solution> there;
+    bool holds = false;
     for (const double share : shares) {
       const double step = share * size, far = 4 * step;
-      moved = at;
-      later = known;
+      Vec moved = at;
+      Known later = known;
       if (free.cols()) moved += kept.unit().cwiseProduct(step * free.col(k));
       if (const auto t = later.find(time_symbol()); t != later.end())
         t->second += speed > 0 ? step / speed : step;
-      there = kept.project(moved, later, 0);
-      if (there && !there->slow && (there->w - at).cwiseQuotient(kept.unit()).norm() <= far) break;
-      there.reset();
+      const auto there = kept.project(moved, later, 0);
+      const bool is_near = there && !there->slow && (there->w - at).cwiseQuotient(kept.unit()).norm() <= far;
+      holds = is_near && all_hold(there->w, later) && rank_with_gap(all_.jacobian(there->w, later)).rank == r;
+      if (holds) break;
+      const auto other = position(moved, later);
+      found.beside = other ? static_cast<int>(well_conditioned(all_.jacobian(*other, later)).size()) : 0;
+      if (is_near && found.beside != r) return false;
     }
-    if (there && all_hold(there->w, later) && rank_with_gap(all_.jacobian(there->w, later)).rank == r)
-      continue;
-    const auto other = position(moved, later);
-    found.beside = other ? static_cast<int>(well_conditioned(all_.jacobian(*other, later)).size()) : 0;
-    return false;
+    if (!holds) return false;
   }
   return true;
 }

@@ -140,12 +140,11 @@ Parts parts_of_mechanism(const Model& m) {
 [[noreturn]] void refuse(const ConstraintRank& found, std::size_t count) {
   using Verdict = ConstraintRank::Verdict;
   if (found.verdict == Verdict::no_position)
-    throw Failure(
-        "independent: no position near these values satisfies the constraints; give other values in guess");
+    throw Failure("no position near these values satisfies the constraints; give other values in guess");
   if (found.verdict == Verdict::independent)
-    throw Failure(text("independent: the gradients of the ", count,
+    throw Failure(text("the gradients of the ", count,
                        " constraints are independent at this position; the model can be used as it is"));
-  throw Failure(text("independent: the gradients of the constraints have rank ", found.rank, " of ", count,
+  throw Failure(text("the gradients of the constraints have rank ", found.rank, " of ", count,
                      " at this position and ", found.beside,
                      " beside it: it is singular, and no constraint is redundant; give another one"));
 }
@@ -208,8 +207,7 @@ void require_linear(const Parts& p) {
   for (const Entry& e : p.B)
     for (Expr leaf : leaves({&e.value, 1}))
       if (std::find(p.z.begin(), p.z.end(), leaf) != p.z.end())
-        throw Error(text("independent: '", to_text(leaf),
-                         "' enters the equations nonlinearly; forces of least norm ",
+        throw Error(text("'", to_text(leaf), "' enters the equations nonlinearly; forces of least norm ",
                          "are defined for multipliers that enter linearly"));
 }
 
@@ -220,7 +218,7 @@ ModelPtr independent(const ModelPtr& model, const std::unordered_map<Expr, doubl
   const Parts p = m.mechanics ? parts_of_mechanism(m) : parts_of(m);
   if (p.C.empty() || p.z.empty())
     throw Error(
-        "independent: expected a model made by lagrange{ …, C = { … } }, or by dae{ … } with equations 0 = C(q) "
+        "expected a model made by lagrange{ …, C = { … } }, or by dae{ … } with equations 0 = C(q) "
         "between its states and unknowns without derivative in the others");
   const ConstraintRank found = ConstraintPositions(p.C, p.q, m.values).near(near);
   if (found.verdict != ConstraintRank::Verdict::implied) refuse(found, p.C.size());
@@ -235,9 +233,8 @@ ModelPtr independent(const ModelPtr& model, const std::unordered_map<Expr, doubl
   }
   const std::size_t open = p.z.size() - least.columns.size(), redundant = p.C.size() - found.kept.size();
   if (open != redundant)
-    throw Failure(text("independent: ", redundant, " of the ", p.C.size(),
-                       " constraints follow from the others, but ", "the equations leave ", open,
-                       " combinations of ", names_of(p.z), " open"));
+    throw Failure(text("", redundant, " of the ", p.C.size(), " constraints follow from the others, but ",
+                       "the equations leave ", open, " combinations of ", names_of(p.z), " open"));
   std::vector<Block> blocks;
   std::unordered_set<std::string> used;
   ModelOptions options = without_constraints(m, p, blocks, used);

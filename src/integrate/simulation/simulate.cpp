@@ -56,7 +56,7 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
                     : integrate(run.problem, simulation.method.tableau, run.start, plan));
   const auto so_far = std::make_shared<TrajectoryPtr>();
   complete_plan(plan, model, simulation, run, so_far);
-  if (plan.check_singularities && simulation.start)
+  if (plan.check_singularities && simulation.start && simulation.sensitivities.empty())
     plan.ways_on = [&](const Point& p, bool here) {
       return ways_on_text(model, simulation, (*so_far)->solution(), p, here);
     };
