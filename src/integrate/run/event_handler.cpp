@@ -126,7 +126,7 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
     s.writer.go_on(point, false);  // held back, but nothing has jumped
   }
   write_records(point);
-  if (settle_after && settle()) stop = true;
+  if (settle_after && settle(&before)) stop = true;
   if (stop) outcome.ending = Ending::event;
   if (!stop && at_end) outcome.ending = Ending::finished;
   const bool ends_step = stop || changed || surface || at_end;
@@ -146,13 +146,59 @@ std::optional<int> EventHandler::overdue() const {
   return {};
 }
 
-bool EventHandler::settle() {
+EventHandler::AtRoots EventHandler::at_roots(const Point& before, const Point& here) {
+  constexpr double close = 1e-12;  // of what a condition would change by in the time of the run
+  const std::vector<Event>& events = state_.plan.events.list;
+  AtRoots roots{std::vector<double>(events.size(), NAN), std::vector<char>(events.size(), 0), 0};
+  for (int k = 0; k < 2; ++k)
+    for (std::size_t i = 0; i < events.size(); ++i) {
+      const Event& event = events[i];
+      if (event.surface || !event.termination_reason.empty() || std::abs(event.direction) != 1) continue;
+      const double slope = state_.finder.slope(static_cast<int>(i), before);
+      if (k == 0) {
+        const double behind = state_.finder.slope(static_cast<int>(i), here);
+        roots.fastest = std::max({roots.fastest, std::fabs(slope), std::fabs(behind)});
+        continue;
+      }
+      const double size = roots.fastest * std::max(state_.interval(), std::fabs(here.t));
+      const auto value = [&](const Point& point) {
+        return state_.solution->values({&event.when, 1}, point)[0];
+      };
+      if (std::fabs(value(before)) <= close * size && std::fabs(value(here)) <= close * size)
+        roots.slopes[i] = slope;
+    }
+  return roots;
+}
+
+/// The first event whose condition was at rest at its root, and leaves it in the event's direction since a reset: the third
+/// ball of Newton's cradle touches the second, which the first has just hit.
+std::optional<int> EventHandler::sent_across(AtRoots& roots, const Point& here) {
+  constexpr double at_rest = 1e-6;  // of a slope behind the reset
+  constexpr double least = 1e-10;   // of the fastest: blows that send each other back end
+  std::optional<int> first;
+  for (std::size_t i = 0; i < roots.slopes.size(); ++i) {
+    if (std::isnan(roots.slopes[i])) continue;
+    const double slope = state_.finder.slope(static_cast<int>(i), here);
+    const bool leaves = slope * state_.plan.events.list[i].direction > least * roots.fastest;
+    if (!leaves || std::fabs(roots.slopes[i]) <= at_rest * std::fabs(slope)) roots.waits[i] = 1;
+    if (leaves && roots.waits[i] && !first) first = static_cast<int>(i);
+  }
+  if (first) roots.slopes[*first] = roots.fastest;  // it has left its root once
+  if (first) roots.waits[*first] = 0;
+  return first;
+}
+
+bool EventHandler::settle(const Point* last) {
   constexpr int most = 1000;  // events at one time
+  std::optional<AtRoots> roots;
   for (int count = 0;; ++count) {
-    const auto which = state_.finder.empty() ? std::nullopt : overdue();
+    if (state_.finder.empty()) return false;
+    Point point = state_.stepper().here();
+    auto which = overdue();
+    if (!which && last && !roots) roots = at_roots(*last, point);
+    if (!which && roots) which = sent_across(*roots, point);
     if (!which) return false;
     const Event& event = state_.plan.events.list[*which];
-    Point point = state_.stepper().here();
     if (count == most)
       throw Failure(text("at t = ", rounded(point.t, 8),
                          " events set each other off without end; one of them is ", to_text(event.when),

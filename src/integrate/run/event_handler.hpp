@@ -23,8 +23,9 @@ class EventHandler {
   bool after_step(RunOutcome& outcome);
 
   /// After a start or a restart: events of direction ±2 whose condition is beyond its root already happen now,
-  /// one after the other; true where one of them ends the run. Throws Failure where they set each other off without end.
-  bool settle();
+  /// one after the other, and those that a reset sends across their roots; true where one of them ends the run. Throws
+  /// Failure where they set each other off without end. before: the point before the last reset, if there was one.
+  bool settle(const Point* before = nullptr);
 
   /// Begins anew at a point where the equations or the states have jumped.
   void begin_again(const Point& point, const ModeTracker::Crossings& crossed);
@@ -48,6 +49,15 @@ class EventHandler {
   bool is_contradictory(const EventFinder::Hit& hit, const Point& point);
   Failure accumulation(const Event& event) const;
   std::optional<int> overdue() const;
+
+  /// Conditions that were at their roots where the first of several resets at one time happened.
+  struct AtRoots {
+    std::vector<double> slopes;  ///< before the resets; NaN: not at a root
+    std::vector<char> waits;     ///< has since been at rest, or on the side that the event comes from
+    double fastest = 0;          ///< of all slopes, what others are measured by
+  };
+  AtRoots at_roots(const Point& before, const Point& here);
+  std::optional<int> sent_across(AtRoots& roots, const Point& here);
   EventReply apply(const EventFinder::Crossing& crossing, Point& point);
   void reset(Point& point, const std::vector<std::pair<Expr, double>>& values);
   void restart(const Point& point, const Point& before, const EventFinder::Hit& hit);

@@ -95,3 +95,57 @@ test("where nothing goes on behind `to`, the run is finished with the values bef
   expect(sol.status):equals "finished"
   expect(sol:final(z)):equals(1)
 end)
+
+-- Balls of one mass hand their velocities over: as many leave on one side as have come on the other.
+test("Newton's cradle: balls that touch at rest are hit in turn", function()
+  for _, n in ipairs { 2, 3, 5 } do
+    local X, V, laws, blows, x0 = var("X", n), var("V", n), {}, {}, {}
+    for i = 1, n do
+      laws[2*i - 1], laws[2*i] = der(X[i]) ~ V[i], der(V[i]) ~ -X[i]
+      if i < n then
+        blows[i] = { when = X[i + 1] - X[i], direction = -1,
+          reset = { [V[i]] = V[i + 1], [V[i + 1]] = V[i] } }
+      end
+    end
+    for _, method in ipairs { "auto", "dopri5", "radau", "bdf" } do
+      for _, unit in ipairs { 1, 1e-3, 1e3 } do
+        for i = 1, n do x0[i] = i == 1 and -unit or 0 end
+        local sol = dae(laws):integrate { start = { [X] = x0, [V] = zeros(n, 1) }, to = 9, events = blows,
+          method = method, rtol = 1e-8 }
+        expect(sol.status):equals "finished"
+        expect(#sol.events):equals(3*(n - 1))
+        for _, at in ipairs { 1, 2, 3, 4, 5, 6, 7, 8, 9 } do
+          local right = math.floor((at + math.pi/2)/math.pi) % 2 == 1
+          for i = 1, n do
+            local swings = right and i == n or not right and i == 1
+            expect(sol(X[i], at)/unit):near(swings and -math.cos(at) or 0, 2e-6)
+          end
+        end
+      end
+    end
+  end
+end)
+
+test("two balls onto one, and blows that are not elastic", function()
+  local X, V, laws = var("X", 3), var("V", 3), {}
+  for i = 1, 3 do laws[2*i - 1], laws[2*i] = der(X[i]) ~ V[i], der(V[i]) ~ 0 end
+  for _, e in ipairs { 1, 0.8, 0.5, 0.3 } do
+    local blows = {}
+    for i = 1, 2 do
+      local mean, half = (V[i] + V[i + 1])/2, e*(V[i] - V[i + 1])/2
+      blows[i] = { when = X[i + 1] - X[i], direction = -1,
+        reset = { [V[i]] = mean - half, [V[i + 1]] = mean + half } }
+    end
+    for _, start in ipairs { { -1, 0, 0 }, { -1, -1, 0 } } do
+      local speeds = { 1, start[2] == -1 and 1 or 0, 0 }
+      local sol = dae(laws):integrate { start = { [X] = start, [V] = speeds }, to = 3, events = blows }
+      local total, last = 0, -math.huge
+      for i = 1, 3 do
+        total = total + sol:final(V[i])
+        expect(sol:final(X[i]) >= last - 1e-7):equals(true)    -- none passes through another
+        last = sol:final(X[i])
+      end
+      expect(total):near(speeds[1] + speeds[2], 1e-9)
+    end
+  end
+end)
