@@ -78,6 +78,22 @@ IrkFormula::IrkFormula(TableauPtr rk)
       if (k != j) product *= static_cast<long double>(nodes[j]) - nodes[k];
     barycentric.push_back(static_cast<double>(1 / product));
   }
+  orthogonalise();
+}
+
+void IrkFormula::orthogonalise() {
+  Q_.setZero(s, s);
+  R_.setZero(s, s);
+  for (int k = 0; k < s; ++k) {  // Gram–Schmidt
+    for (int j = 0; j < s; ++j) Q_(j, k) = std::pow(nodes[j] - 1, k + 1);
+    for (int twice = 0; twice < 2; ++twice) {
+      const Vec part = Q_.leftCols(k).transpose() * Q_.col(k);
+      Q_.col(k) -= Q_.leftCols(k) * part;
+      R_.col(k).head(k) += part;
+    }
+    R_(k, k) = Q_.col(k).norm();
+    Q_.col(k) /= R_(k, k);
+  }
 }
 
 void IrkFormula::lagrange(double theta, double* l) const {
@@ -85,6 +101,20 @@ void IrkFormula::lagrange(double theta, double* l) const {
   for (std::size_t j = 0; j < nodes.size(); ++j) l[j] = barycentric[j] * product, product *= theta - nodes[j];
   product = 1;
   for (std::size_t j = nodes.size(); j-- > 0;) l[j] *= product, product *= theta - nodes[j];
+}
+
+void IrkFormula::closest(double theta, int q, double* l) const {
+  if (q == s) return lagrange(theta, l);
+  std::fill_n(l, s, 0.0);
+  Vec value(q);  // of the orthogonal polynomials at θ
+  double power = 1, sum = 0;
+  for (int k = 0; k < q; ++k) {
+    power *= theta - 1;
+    value[k] = (power - R_.col(k).head(k).dot(value.head(k))) / R_(k, k);
+    for (int j = 0; j < s; ++j) l[j] += value[k] * Q_(j, k);
+  }
+  for (int j = 0; j < s; ++j) sum += l[j];
+  l[s] = 1 - sum;
 }
 
 void IrkFormula::lagrange_slopes(double theta, double* slopes) const {

@@ -237,6 +237,7 @@ void IrkStepper::step(double end) {
       // fro in steps of any size, with those behind the kink it converges.
       constexpr int shortened = 3;
       ++iteration_.failures;
+      iteration_.prediction.failed();
       behind_kink = outcome == Newton::slow && iteration_.failures >= shortened && !behind_kink;
       need_jacobian = !jacobian_.fresh || iteration_.failures >= shortened;
       reject(dt, outcome == Newton::slow ? Rejection::slow : Rejection::unsolvable);

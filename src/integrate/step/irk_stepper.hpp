@@ -75,6 +75,15 @@ class IrkStepper final : public Stepper {
     std::vector<double> real;
     std::vector<std::complex<double>> complex, right;
   };
+  /// Starting values by the whole polynomial of the last step.
+  struct Prediction {
+    double bearable = 0;  ///< length of a first correction; 0: others are in use
+    double first = 0;     ///< its length
+    int doubted = 0;      ///< steps that still begin with polynomials of lower degree
+    void failed() {
+      if (bearable > 0 && first > bearable) doubted = 10;
+    }
+  };
   struct Iteration {
     double tolerance = 0;
     int count = 0;
@@ -85,6 +94,7 @@ class IrkStepper final : public Stepper {
     int failures = 0;          ///< since the last accepted step
     int wary = 0;              ///< steps that are still checked: correction_at_end()
     long counted = 0;          ///< of Stats::newton_iterations, by NewtonCode::make
+    Prediction prediction{};
   };
   /// Which of the formulas makes this step and the next, and the steps since the last change.
   struct OrderChoice {
@@ -129,9 +139,9 @@ class IrkStepper final : public Stepper {
   bool factorise_pairs(double dt);
   bool use_code(double dt, bool now);
   void prepare_code();
-  bool is_continued(double dt);
+  int degree_continued(double dt);
   void start_iteration(double dt);
-  void predict(double dt);
+  void predict(double dt, int degree);
   Newton newton(double dt);
   double iterate(double dt);
   double iterate(NewtonCode& code);

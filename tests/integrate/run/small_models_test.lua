@@ -112,3 +112,29 @@ test("a step of each method counts as it costs: van der Pol with μ = 5 is expli
     expect(run(1000, rtol):stats().method):matches "^radau"
   end
 end)
+
+test("radau behind jumps: errors of starting values are not multiplied by the next step", function()
+  -- van der Pol: 741, 398 and 401 steps while every step began with the whole polynomial of the last
+  local mu = 1000
+  local relaxation = dae { der(x) ~ y, der(y) ~ mu*(1 - x^2)*y - x }
+  local function run(rtol)
+    return relaxation:integrate { start = { x = 2, y = 0 }, to = 5000, rtol = rtol, atol = rtol,
+      method = "radau" }
+  end
+  local exact = run(1e-10)
+  for _, rtol in ipairs { 3e-3, 1e-3, 1e-4 } do
+    local sol = run(rtol)
+    expect(sol:stats().steps < 340):is_true()
+    expect(math.abs(sol:final(x) - exact:final(x)) < 30*rtol):is_true()
+  end
+  -- D6 of STIFF DETEST: a product of a species that is small and one that hardly moves; 76 steps, 73 rejected
+  local p, q = -x + 1e8*z*(1 - x), -10*y + 3e7*z*(1 - y)
+  local reaction = dae { der(x) ~ p, der(y) ~ q, der(z) ~ -p - q }
+  local function react(rtol)
+    return reaction:integrate { start = { x = 1, y = 0, z = 0 }, to = 1, rtol = rtol, atol = 1e-3*rtol,
+      method = "radau" }
+  end
+  local sol, close = react(1e-6), react(1e-11)
+  expect(sol:stats().steps + sol:stats().rejected < 75):is_true()
+  expect(distance(sol, close, { "x", "y", "z" }) < 1e-6):is_true()
+end)
