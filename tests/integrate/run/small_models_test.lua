@@ -138,3 +138,15 @@ test("radau behind jumps: errors of starting values are not multiplied by the ne
   expect(sol:stats().steps + sol:stats().rejected < 75):is_true()
   expect(distance(sol, close, { "x", "y", "z" }) < 1e-6):is_true()
 end)
+
+test("few steps that stability limits are left to an implicit method as well: a flame that burns at rest", function()
+  local flame = dae { der(x) ~ x^2 - x^3 }
+  for _, rtol in ipairs { 1e-3, 1e-4, 3e-5 } do
+    local sol = flame:integrate { start = { x = 0.01 }, to = 400, rtol = rtol, atol = rtol }
+    expect(sol:stats().steps < 45):is_true()                      -- 60 of verner87 alone
+    expect(sol:final(x)):near(1, rtol)
+    -- 1/x + log(1/x - 1) falls as fast as t rises
+    local near = sol(x, 95)
+    expect(1/near + math.log(1/near - 1)):near(100 + math.log(99) - 95, 1e3*rtol)
+  end
+end)
