@@ -4,6 +4,7 @@
 #include <random>
 
 #include "dae/structure/sigma.hpp"
+#include "dae/structure/variable_levels.hpp"
 
 namespace pendula::sigma_test {
 
@@ -16,6 +17,18 @@ TEST_CASE("the planar pendulum has c = (0, 0, 2), d = (2, 2, 0), index 3, two de
   CHECK(o.d == std::vector<int>{2, 2, 0});
   CHECK(o.index() == 3);
   CHECK(o.value == 2);
+}
+
+TEST_CASE(
+    "an unknown that follows from others by their values alone is of index 1, beside a multiplier of index 3") {
+  // p′ = v, v′ = -λ, p = u, z = p, w = v, a = v′: of index 1, 2, 3, 1, 2, 3
+  const Signature sigma = {{{0, 1}, {1, 0}}, {{1, 1}, {2, 0}}, {{0, 0}},
+                           {{0, 0}, {3, 0}}, {{1, 0}, {4, 0}}, {{1, 1}, {5, 0}}};
+  const Offsets o = offsets(sigma, 6);
+  const std::vector<int> levels = variable_levels(sigma, o);
+  std::vector<int> index;
+  for (std::size_t j = 0; j < levels.size(); ++j) index.push_back(1 + levels[j] - o.d[j]);
+  CHECK(index == std::vector<int>{1, 2, 3, 1, 2, 3});
 }
 
 TEST_CASE("a chain of integrators with the last state prescribed: c counts down") {

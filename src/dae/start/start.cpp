@@ -16,23 +16,40 @@ namespace {
 
 using Index = Eigen::Index;
 
-/// max_i |r_i| / (1 + Σ_j |J_ij ω_j|) over what has to hold
+/// max_i |r_i| / (1 + Σ_j |J_ij ω_j|) over what has to hold; a slope that is infinite where its unknown is 0, as that of a
+/// root, counts as 0.
 double worst(const StartSystem& s, const Vec& w) {
   const Index rows = static_cast<Index>(s.request.nearest ? s.first_fix : s.rows.size());
   const Vec r = s.residual(w).head(rows);
   if (!r.allFinite()) return INFINITY;
-  const Vec size =
-      Vec::Ones(rows) + (s.jacobian(w).cwiseAbs() * w.cwiseQuotient(s.unit).cwiseAbs()).head(rows);
-  return rows ? r.cwiseQuotient(size).cwiseAbs().maxCoeff() : 0;
+  Vec size = Vec::Ones(s.rows.size());
+  const auto J = s.jacobian(w);
+  for (Index j = 0; j < J.outerSize(); ++j)
+    for (std::decay_t<decltype(J)>::InnerIterator it(J, j); it; ++it)
+      if (w[j] != 0) size[it.row()] += std::fabs(it.value() * w[j] / s.unit[j]);
+  return rows ? r.cwiseQuotient(size.head(rows)).cwiseAbs().maxCoeff() : 0;
+}
+
+/// Are the equations at `next` off by what the given values contribute to them? These may be small beside the units.
+bool neglects_given(const StartSystem& s, const Vec& next, const std::vector<char>& given) {
+  constexpr double share = 1e-3;
+  const Vec r = s.residual(next);
+  const auto J = s.jacobian(next);
+  Vec terms = Vec::Zero(r.size());
+  for (Index j = 0; j < J.outerSize(); ++j)
+    for (std::decay_t<decltype(J)>::InnerIterator it(J, j); it && given[j]; ++it)
+      terms[it.row()] = std::max(terms[it.row()], std::fabs(it.value() * next[j] / s.unit[j]));
+  return (terms.array() > 0 && r.array().abs() > share * terms.array()).any();
 }
 
 /// Fixed values exactly as given, and zero where zero satisfies the equations to rounding: least steps leave
 /// 1e-16.
 void clean(const StartSystem& s, Vec& w, bool slow) {
   constexpr double rounding = 1e-14, root_of_rounding = 1e-6;
+  std::vector<char> given(static_cast<std::size_t>(w.size()), 0);
   const auto try_values = [&](const Vec& next) {
     if (next == w) return true;
-    const bool good = worst(s, next) <= rounding;
+    const bool good = worst(s, next) <= rounding && !neglects_given(s, next, given);
     if (good) w = next;
     return good;
   };
@@ -41,10 +58,10 @@ void clean(const StartSystem& s, Vec& w, bool slow) {
     if (const auto j = s.fixed_unknown(k))
       if (const double value = s.request.fix[k].second;
           !s.request.nearest || std::fabs(value - w[*j]) <= 1e-12 * (s.unit[*j] + std::fabs(value)))
-        fixed[*j] = value;
+        fixed[*j] = value, given[*j] = 1;
   const double largest = w.size() ? w.cwiseQuotient(s.unit).cwiseAbs().maxCoeff() : 0;
   const auto small = [&](Index j) {
-    return w[j] != 0 &&
+    return w[j] != 0 && !given[j] &&
            std::fabs(w[j]) < (slow ? root_of_rounding : 10 * rounding) * (1 + largest) * s.unit[j];
   };
   Vec zeros = fixed;

@@ -21,7 +21,8 @@ constexpr int max_iterations = 60;
 constexpr double shortest_step = 1e-4;   // of a full step, or beside the point: shorter ones have stalled
 constexpr double polishing_step = 0.75;  // at a solution: a full step that makes it no better is rounding
 constexpr double sufficient = 0.1;       // share of the predicted decrease that a step must bring
-constexpr double rounding_step = 1e-15;  // relative to the size of every unknown
+constexpr double rounding_step =
+    1e-15;  // relative to every unknown itself: the unit of one may be far too large
 // A double root halves the distance with every step; steps above `visible` count, six in a row are enough.
 constexpr double visible = 1e-7, half_low = 0.4, half_high = 0.6;
 constexpr int double_root_after = 6;
@@ -210,7 +211,8 @@ StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selecti
       halvings = moved > half_low * last_step && moved < half_high * last_step ? halvings + 1 : 0;
     out.slow = halvings >= double_root_after;
     last_step = moved;
-    if (alpha <= shortest || alpha * full <= rounding_step) break;
+    const bool rounded = ((trial - w).cwiseAbs().array() <= rounding_step * w.cwiseAbs().array()).all();
+    if (alpha <= shortest || rounded) break;
     w = trial;
   }
   return out;

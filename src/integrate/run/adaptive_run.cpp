@@ -149,6 +149,7 @@ class AdaptiveRun {
     step();
     if (breaks_.has_repeated_step()) return;
     if (has_passed_pole(outcome)) return;
+    if (events_.repeated_up_to_switch()) return restart_monitors();
     if (const double off = peaks_.missed(state_.problem, stepper().before(), stepper().here())) {
       if (!peaks_.is_tired() && events_.repeated_shorter()) return restart_monitors();
       state_.stats().errors += off;
@@ -235,10 +236,9 @@ class AdaptiveRun {
 
   /// A step across a pole is taken back; shorter ones come closer, until the run ends before it.
   bool has_passed_pole(RunOutcome& outcome) {
-    const Point &from = stepper().before(), &to = stepper().here();
-    const auto reason = domain_.passed(*state_.problem, from, to);
+    const double t = stepper().before().t;
+    const auto reason = domain_.passed(*state_.problem, stepper().before(), stepper().here());
     if (!reason) return false;
-    const double t = from.t;
     if (!events_.repeated_shorter()) outcome = stopped_at(t, *reason);
     return true;
   }

@@ -83,6 +83,7 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
   // a branch that is not held fixed has been evaluated beyond the border: the step has to end there
   if (beyond && first_in_step_ && repeated_up_to(hit.t)) return true;
   Point point = s.inside(surface && !frozen ? hit.before : hit.t, Detail::full);
+  if (s.stepper().is_doubtful() && first_in_step_ && repeated_shorter()) return true;
   if (is_contradictory(hit, point)) {
     if (first_in_step_ && repeated_shorter()) return true;
     const bool soon = !last_restart_.list.empty() && point.t - last_restart_.t < 1e-6 * s.interval();
@@ -269,6 +270,14 @@ bool EventHandler::is_defined(const Point& point) const {
   std::vector<double> residual(static_cast<std::size_t>(problem.n() + problem.m()));
   problem.residual(residual.data());
   return std::all_of(residual.begin(), residual.end(), [](double r) { return std::isfinite(r); });
+}
+
+bool EventHandler::repeated_up_to_switch() {
+  const Point& from = state_.stepper().before();
+  const auto t = switches_.passed(*state_.problem, from, state_.stepper().here());
+  if (!t || *t - from.t <= 1e-12 * state_.interval()) return false;
+  state_.end = *t;
+  return repeated(*t - from.t);
 }
 
 bool EventHandler::repeated_up_to(double t) {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "integrate/event/monitor/switch_monitor.hpp"
 #include "integrate/event/zeno_detector.hpp"
 #include "integrate/plan/run_monitors.hpp"
 #include "integrate/run/mode_tracker.hpp"
@@ -16,7 +17,7 @@ class EventHandler {
  public:
   /// Requires that all of them outlive it.
   EventHandler(AdaptiveState& state, ModeTracker& modes, MonitorList& monitors)
-      : state_(state), modes_(modes), monitors_(monitors) {}
+      : state_(state), modes_(modes), monitors_(monitors), switches_(*state.problem) {}
 
   /// All events of the step that has just been taken, in the order of time. True: the step is over, because
   /// it ended at an event or was taken back; `outcome` is set if the run is over, too.
@@ -29,6 +30,9 @@ class EventHandler {
 
   /// Begins anew at a point where the equations or the states have jumped.
   void begin_again(const Point& point, const ModeTracker::Crossings& crossed);
+
+  /// The step has passed a smooth, narrow switch: it is taken back, and the next one ends there.
+  bool repeated_up_to_switch();
 
   /// The step is taken back and repeated with a quarter of its length. False where that makes no progress, or
   /// where x′ and z, solved for again, are on another branch: the step has passed the singular point already.
@@ -69,6 +73,7 @@ class EventHandler {
   AdaptiveState& state_;
   ModeTracker& modes_;
   MonitorList& monitors_;
+  SwitchMonitor switches_;
   ZenoDetector zeno_;
   double last_accumulation_ = -std::numeric_limits<double>::infinity();  ///< that ended on a border
   bool first_in_step_ = true;                                            ///< no event so far in the step

@@ -7,6 +7,7 @@
 #include "dae/index/differentiation_index.hpp"
 #include "dae/model/first_order.hpp"
 #include "dae/model/lineage.hpp"
+#include "dae/structure/variable_levels.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
 #include "integrate/event/pulses.hpp"
@@ -112,18 +113,17 @@ static Vec tolerance(const ToleranceRequest& request, const Vec& usual, const da
   return result;
 }
 
-/// How often each unknown stands below the highest hidden constraint (Hairer & Wanner II, §VII.4): from the
-/// offsets of the structural analysis, 1 + max c - d + order of derivative.
+/// The index of each unknown, 1 + C - d + order of derivative (dae/structure/variable_levels.hpp).
 static std::vector<int> variable_indices(const dae::Model& model, const Problem& problem) {
   const dae::FirstOrder& form = problem.model();
   const dae::Analysis analysis = dae::analyse(model);
   std::vector<int> result(form.x.size() + form.z.size(), 1);
   if (!analysis.regular || analysis.index < 2) return result;
-  const int highest = *std::max_element(analysis.offsets.c.begin(), analysis.offsets.c.end());
+  const std::vector<int> levels = dae::variable_levels(analysis.sigma, analysis.offsets);
   const auto index_of = [&](Expr leaf) {
     for (std::size_t j = 0; j < model.variables.size(); ++j)
       if (model.variables[j].leaf == symbol_of(leaf).base || model.variables[j].leaf == leaf)
-        return std::max(1, 1 + highest - analysis.offsets.d[j] + symbol_of(leaf).order);
+        return std::max(1, 1 + levels[j] - analysis.offsets.d[j] + symbol_of(leaf).order);
     return 1;
   };
   // Sensitivities stand behind the unknowns, in blocks of the same order, and share their index.

@@ -95,27 +95,28 @@ void BdfStepper::residual_at_end() {
 /// A Jacobian that is far too large, from before the end of a stiff phase or from where an exponential was huge, makes
 /// corrections tiny: is a residual left that would be seen without it?
 bool BdfStepper::is_hidden() {
-  if (!determined_) return false;
   const auto visible = [&](const std::vector<double>& F) {
-    return !jacobian_.fresh && check_.is_visible(attempt_.c, F.data(), attempt_.scale, jacobian_.entries);
+    return determined_ && !jacobian_.fresh &&
+           check_.is_visible(attempt_.c, F.data(), attempt_.scale, jacobian_.entries);
   };
-  const auto stagnates = [&](const std::vector<double>& F) {
-    return check_.stagnates(F.data(), 1, attempt_.y.data(), jacobian_.entries);
-  };
-  if (!visible(attempt_.residual) && !stagnates(attempt_.residual)) return false;
+  if (!visible(attempt_.residual) && !check_.stagnates(attempt_.residual.data(), 1)) return false;
   residual_at_end();
   if (visible(attempt_.r)) return true;
   check_.set_first(attempt_.residual.data(), 1);
-  return stagnates(attempt_.r) && !is_corrected();
+  return check_.stagnates(attempt_.r.data(), 1) && !is_corrected();
 }
 
-/// The correction that is left, by the Jacobian at y⁰ + d, is within what the iteration may leave; it is added. That
-/// Jacobian is the one at hand from now on.
+/// By the Jacobian at y⁰ + d, what is left is rounding, or its correction within what the iteration may leave. Then the
+/// correction is added, and that Jacobian is the one at hand from now on.
 bool BdfStepper::is_corrected() {
   const std::vector<double> F = attempt_.r;
   const std::vector<double>& entries = problem_->jacobian();
   ++stats_.jacobians;
   if (!std::all_of(entries.begin(), entries.end(), [](double e) { return std::isfinite(e); })) return false;
+  if (!check_.stagnates(F.data(), attempt_.y.data(), entries)) {
+    check_.set_harmless(F.data(), attempt_.y.data(), entries);
+    return true;
+  }
   jacobian_.entries = entries;
   jacobian_.fresh = true;
   if (!factorise()) return false;

@@ -184,9 +184,9 @@ void BdfStepper::step(double end) {
   rejected_ = false;
   for (;;) {
     poll_interrupt();
-    if (failures_ >= suspicious_failures && determined_) {
+    if (failures_ >= suspicious_failures) {
       failures_ = 0;
-      if (settle_again(rhs_)) start(here_, end);
+      if (determined_ ? settle_again(rhs_) : history_.order > 1) start(here_, end);
     }
     const double dt = fitted(dt_, end);
     if (dt != dt_) rescale(dt / dt_);

@@ -11,6 +11,10 @@
 
 namespace pendula::integrate {
 
+namespace {
+constexpr double least_roundings = 16;  // terms of a sum, each rounded
+}
+
 IncrementCheck::Layout IncrementCheck::layout_of(const Problem& problem) {
   const int n = problem.n();
   const auto& p = problem.model().p;
@@ -128,13 +132,20 @@ void IncrementCheck::set_first(const double* F, std::ptrdiff_t stride) {
   for (std::size_t i = 0; i < algebraic_.size(); ++i) first_[i] = std::fabs(F[algebraic_[i].row * stride]);
 }
 
-bool IncrementCheck::stagnates(const double* F, std::ptrdiff_t stride, const double* y,
-                               std::span<const double> entries) const {
-  constexpr double terms = 16;  // of a sum, each rounded
+bool IncrementCheck::stagnates(const double* F, std::ptrdiff_t stride) const {
   for (std::size_t i = 0; i < algebraic_.size(); ++i) {
     const double residual = std::fabs(F[algebraic_[i].row * stride]);
-    if (residual <= 0.5 * first_[i] || residual <= harmless_[i]) continue;
-    if (!(residual <= terms * rounding_of(algebraic_[i], y, entries))) return true;
+    if (!(residual <= 0.5 * first_[i] || residual <= harmless_[i])) return true;
+  }
+  return false;
+}
+
+bool IncrementCheck::stagnates(const double* F, const double* y, std::span<const double> entries) const {
+  constexpr double most = 0.3;  // Newton's step down an exponential leaves 1/e, one to a double root 1/4
+  for (std::size_t i = 0; i < algebraic_.size(); ++i) {
+    const double residual = std::fabs(F[algebraic_[i].row]);
+    if (residual <= most * first_[i] || residual <= harmless_[i]) continue;
+    if (!(residual <= least_roundings * rounding_of(algebraic_[i], y, entries))) return true;
   }
   return false;
 }
@@ -149,9 +160,11 @@ void IncrementCheck::set_harmless(const double* F, const double* y, std::span<co
   constexpr double least = 2, roundings = 1024;  // what is more than rounding may be seen after one step
   constexpr int steps = 16;
   if (steps_known_ == 0) steps_known_ = steps;
-  for (std::size_t i = 0; i < algebraic_.size(); ++i)
-    harmless_[i] = std::max(harmless_[i], std::min(least * std::fabs(F[algebraic_[i].row]),
-                                                   roundings * rounding_of(algebraic_[i], y, entries)));
+  for (std::size_t i = 0; i < algebraic_.size(); ++i) {
+    const double rounding = rounding_of(algebraic_[i], y, entries);
+    harmless_[i] = std::max(harmless_[i], std::clamp(least * std::fabs(F[algebraic_[i].row]),
+                                                     least_roundings * rounding, roundings * rounding));
+  }
 }
 
 void IncrementCheck::accept() {

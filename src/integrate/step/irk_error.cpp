@@ -38,19 +38,18 @@ double IrkStepper::error_norm(double dt, bool again) {
 /// that would be seen without the matrix: one more correction of the last stage, with the Jacobian there; its norm.
 double IrkStepper::correction_at_end(double dt) {
   constexpr double longer = 2;
-  if (!determined_) return 0;
-  const bool due = last_.dt > 0 && (iteration_.wary > 0 || dt > longer * last_.dt);
+  const bool due = determined_ && last_.dt > 0 && (iteration_.wary > 0 || dt > longer * last_.dt);
   const double gh = dt / f().gamma;
   const int last = f().s - 1;
   const double* Z = Z_.data() + static_cast<std::ptrdiff_t>(last) * N_;
   bool stagnates = false;
   if (check_.has_algebraic()) {
-    for (int k = 0; k < N_; ++k) work_.transformed[k] = y_[k] + Z[k];
     const auto [F, stride] = last_residual();
-    stagnates = check_.stagnates(F, stride, work_.transformed.data(), jacobian_.entries);
+    stagnates = check_.stagnates(F, stride);
     check_.set_first(F, stride);
   }
-  if (!due && !stagnates && !check_.leaves_visible(gh, scales_.scale, jacobian_.entries)) return 0;
+  if (!due && !stagnates && !(determined_ && check_.leaves_visible(gh, scales_.scale, jacobian_.entries)))
+    return 0;
   double* at = problem_->unknowns();
   problem_->set_time(here_.t + f().c[last] * dt);
   for (int k = 0; k < N_; ++k) at[k < n() ? k : n() + k] = y_[k] + Z[k];
@@ -58,12 +57,19 @@ double IrkStepper::correction_at_end(double dt) {
   combine(n(), nullptr, work_.weights, Z_.data(), N_, at + n());
   problem_->residual(error_.data());
   ++stats_.evaluations;
-  stagnates = stagnates && check_.stagnates(error_.data(), 1, work_.transformed.data(), jacobian_.entries);
-  if (!due && !stagnates && !check_.is_visible(gh, error_.data(), scales_.scale, jacobian_.entries)) return 0;
+  stagnates = stagnates && check_.stagnates(error_.data(), 1);
+  const bool visible = determined_ && check_.is_visible(gh, error_.data(), scales_.scale, jacobian_.entries);
+  if (!due && !stagnates && !visible) return 0;
   const std::vector<double>& entries = problem_->jacobian();
+  ++stats_.jacobians;
+  for (int k = 0; k < N_; ++k) work_.transformed[k] = y_[k] + Z[k];
+  if (stagnates && !check_.stagnates(error_.data(), work_.transformed.data(), entries)) {
+    check_.set_harmless(error_.data(), work_.transformed.data(), entries);
+    stagnates = false;
+    if (!due && !visible) return 0;
+  }
   for (std::size_t k = 0; k < entries.size(); ++k)
     shifted_.real[k] = rows_.in_mass[k] ? entries[k] / gh : entries[k];
-  ++stats_.jacobians;
   ++stats_.factorisations;
   if (jacobian_.end.size() == 0) jacobian_.end.analyse(N_, rows_.positions);
   if (!jacobian_.end.factorise(shifted_.real.data())) return 0;

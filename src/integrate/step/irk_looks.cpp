@@ -27,7 +27,7 @@ void IrkStepper::polynomial(double part, double dt, double* value, double* slope
 /// Of z in units of a tenth of its swing, of x in tolerances: the larger of the two.
 double IrkStepper::missed_between_stages(double dt) {
   constexpr int looks = 5;
-  if (!determined_ || m() == 0 || rhs_.is_linear()) return 0;
+  if (m() == 0 || rhs_.is_linear()) return 0;
   pulses_.begin(here_.z, next_.z);
   for (std::size_t first = static_cast<std::size_t>(n()); first < Z_.size();
        first += static_cast<std::size_t>(N_)) {
@@ -37,10 +37,43 @@ double IrkStepper::missed_between_stages(double dt) {
   if (!pulses_.is_due(scales_.scale)) return 0;
   const auto curve = [this, dt](double part, double* y, double* slope) { polynomial(part, dt, y, slope); };
   const PulseWatch::Step step{here_.t, dt, f().c, looks, curve, scales_.scale};
-  const double z = pulses_.look(step, rhs_, tolerances_.rtol.minCoeff());
+  const double z = pulses_.look(step, [this, dt](double t, const double* y, Vec& xdot, Vec& z_there) {
+    if (!determined_) return corrected_there(t, dt, y, xdot, z_there);
+    return rhs_.stage(t, y, xdot.data(), z_there.data(), tolerances_.rtol.minCoeff());
+  });
   return std::max(z, pulses_.missed_norm(dt, scales_.scale, [&](const Vec& missed, std::vector<double>& e) {
     return filter_missed(dt, missed, e);
   }));
+}
+
+/// x′ and z do not follow from (t, x): a correction of (x, z) as in the iteration, ((γ/h) M + J)⁻¹ F with the Jacobian
+/// there; false if it is not one. The residual of a constraint in x alone belongs to the stages.
+bool IrkStepper::corrected_there(double t, double dt, const double* y, Vec& xdot, Vec& z) {
+  const double gh = dt / f().gamma;
+  const auto residual = [&](const double* x) {
+    problem_->place(t, x, xdot.data(), z.data());
+    problem_->residual(error_.data());
+    ++stats_.evaluations;
+    for (std::size_t k = 0; k < error_.size(); ++k)
+      if (rows_.bare[k]) error_[k] = 0;
+  };
+  residual(y);
+  check_.set_first(error_.data(), 1);
+  std::vector<double> entries = problem_->jacobian();
+  ++stats_.jacobians;
+  for (std::size_t k = 0; k < entries.size(); ++k)
+    shifted_.real[k] = rows_.in_mass[k] ? entries[k] / gh : entries[k];
+  ++stats_.factorisations;
+  if (jacobian_.end.size() == 0) jacobian_.end.analyse(N_, rows_.positions);
+  if (!jacobian_.end.factorise(shifted_.real.data())) return false;
+  std::vector<double>& corrected = work_.transformed;
+  jacobian_.end.solve(error_.data());
+  for (int k = 0; k < N_; ++k) corrected[k] = (k < n() ? y[k] : z[k - n()]) - error_[k];
+  xdot -= Eigen::Map<const Vec>(error_.data(), n()) / gh;
+  z = Eigen::Map<const Vec>(corrected.data() + n(), m());
+  if (!xdot.allFinite() || !z.allFinite()) return false;
+  residual(corrected.data());
+  return !check_.stagnates(error_.data(), corrected.data(), entries);
 }
 
 /// e = ((γ/h) M + J)⁻¹ γ M δ, δ = missed.

@@ -153,6 +153,7 @@ class IrkStepper final : public Stepper {
   double correction_at_end(double dt);
   void polynomial(double part, double dt, double* value, double* slope) const;
   double missed_between_stages(double dt);
+  bool corrected_there(double t, double dt, const double* y, Vec& xdot, Vec& z);
   bool filter_missed(double dt, const Vec& missed, std::vector<double>& e);
   double stiff_error_at_end(double dt);
   void release_stiff_error(double dt);

@@ -37,6 +37,7 @@ void PulseWatch::include(const double* z) {
 bool PulseWatch::is_due(const std::vector<double>& scale) const {
   constexpr double quarter = 0.25, visible = 100;
   for (std::size_t k = 0; k < in_step_.size(); ++k) {
+    if (swings_[k].width() == 0 && in_step_[k].width() > visible * scale[n_ + k]) return true;
     const double again =
         std::min(in_step_[k].high, swings_[k].high) - std::max(in_step_[k].low, swings_[k].low);
     if (again > std::max(quarter * swings_[k].width(), visible * scale[n_ + k])) return true;
@@ -44,7 +45,7 @@ bool PulseWatch::is_due(const std::vector<double>& scale) const {
   return false;
 }
 
-double PulseWatch::look(const Step& step, RhsSolver& rhs, double accuracy) {
+double PulseWatch::look(const Step& step, const Equations& equations) {
   constexpr double share = 0.1, part = 1e-3, visible = 100;
   constexpr double unknown = 2;  // the equations have no solution there: somewhat shorter
   Vec xdot(n_), z(static_cast<Eigen::Index>(in_step_.size()));
@@ -57,7 +58,7 @@ double PulseWatch::look(const Step& step, RhsSolver& rhs, double accuracy) {
       step.curve(at, y_.data(), slope_.data());
       xdot = Eigen::Map<const Vec>(slope_.data(), n_);
       z = Eigen::Map<const Vec>(y_.data() + n_, z.size());
-      if (!rhs.stage(step.t + at * step.dt, y_.data(), xdot.data(), z.data(), accuracy)) return unknown;
+      if (!equations(step.t + at * step.dt, y_.data(), xdot, z)) return unknown;
       const double simpson = (i % 2 == 1 ? 4 : 2) * width / 3;  // at the nodes nothing is missed
       missed_ += simpson * (xdot - Eigen::Map<const Vec>(slope_.data(), n_));
       for (std::size_t k = 0; k < in_step_.size(); ++k) {

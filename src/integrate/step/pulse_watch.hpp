@@ -1,7 +1,7 @@
 // What begins and ends between the points of a step where the equations hold, as the pulse of current behind a
 // rectifier does, no error estimate sees: it is looked for there.
 //
-// docs/derivations.md#step-checks. For index 1 with a z that the equations are not linear in.
+// docs/derivations.md#step-checks. For a z that the equations are not linear in.
 #pragma once
 
 #include <functional>
@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "base/math.hpp"
-#include "integrate/problem/rhs_solver.hpp"
 
 namespace pendula::integrate {
 
@@ -25,6 +24,9 @@ class PulseWatch {
     const std::vector<double>& scale;  ///< the tolerances of y
   };
 
+  /// At time t, from those of the continuous extension to x′ and z of the equations; false: they say nothing there.
+  using Equations = std::function<bool(double t, const double* y, Vec& xdot, Vec& z)>;
+
   PulseWatch(int n, int m);
   void start(const Vec& z);
   /// A step from z to z_end; include() what z is between them.
@@ -32,12 +34,13 @@ class PulseWatch {
   void include(const double* z);
   /// Could something hide in this step? Where a z goes again, other than by rounding, over a quarter of what it has swung
   /// by since the start, as in a sixth of a period. One that only goes on, as in a transient, hides nothing: between two
-  /// values that were not there before it would have to go back unseen. scale: the tolerances of (x, z).
+  /// values that were not there before it would have to go back unseen. Of a z that has not swung yet nothing is known: it
+  /// is looked at in the first step in which it does. scale: the tolerances of (x, z).
   bool is_due(const std::vector<double>& scale) const;
   /// The distance of z on the continuous extension from what the equations say there, in units of a tenth of its swing in
   /// the step; 2 where they say nothing. missed_norm() has the integral of x′ of the equations less that of the extension,
   /// in parts of dt, by Simpson's rule.
-  double look(const Step& step, RhsSolver& rhs, double accuracy);
+  double look(const Step& step, const Equations& equations);
   /// What x misses by that in a step of size dt, in the tolerances `scale`. filter(missed, e): the error e of (x, z) that
   /// the integral leaves where the equations are stiff, as the error estimate of the method has it, false where it has
   /// none; asked only where h times the integral is visible.

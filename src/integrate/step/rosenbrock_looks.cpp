@@ -37,7 +37,9 @@ double RosenbrockStepper::missed_on_the_way(double dt) {
   }
   if (!pulses_.is_due(at_end_.weights)) return 0;
   const PulseWatch::Step step{here_.t, dt, end, looks, on_curve, at_end_.weights};
-  const double z = pulses_.look(step, rhs_, tolerances_.rtol.minCoeff());
+  const double z = pulses_.look(step, [this](double t, const double* y, Vec& xdot, Vec& z_there) {
+    return rhs_.stage(t, y, xdot.data(), z_there.data(), tolerances_.rtol.minCoeff());
+  });
   return std::max(z, pulses_.missed_norm(dt, at_end_.weights, [&](const Vec& missed, std::vector<double>& e) {
     return filter_missed(dt, missed, e);
   }));

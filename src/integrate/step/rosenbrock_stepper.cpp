@@ -350,7 +350,9 @@ bool RosenbrockStepper::refine(const StepView& step, double t, Point& out) {
   out.x = Eigen::Map<const Vec>(end.y, n());
   out.z = Eigen::Map<const Vec>(end.y + n(), m());
   out.xdot = Eigen::Map<const Vec>(end.xdot, n());
-  return end.regular && out.x.allFinite() && out.z.allFinite() && out.xdot.allFinite();
+  if (!end.regular || !out.x.allFinite() || !out.z.allFinite() || !out.xdot.allFinite()) return false;
+  doubtful_ = !(ErrorSum::norm(end.sum, end.largest, N_) <= largest_inside);
+  return !doubtful_;
 }
 
 void RosenbrockStepper::interpolate(const StepView& step, double t, Detail detail, Point& out) {
@@ -358,6 +360,7 @@ void RosenbrockStepper::interpolate(const StepView& step, double t, Detail detai
     out = step.to;
     return;
   }
+  doubtful_ = false;
   if (detail != Detail::sketch && t > step.from.t && refine(step, t, out)) return;
   const double t0 = step.record[0], dt = step.record[1];
   const double* y = step.record + 2;

@@ -9,6 +9,7 @@
 #include "dae/model/lineage.hpp"
 #include "integrate/event/monitor/guards.hpp"
 #include "integrate/event/monitor/peak_monitor.hpp"
+#include "integrate/event/monitor/switch_monitor.hpp"
 #include "integrate/run/adaptive_run.hpp"
 #include "integrate/run/methods.hpp"
 #include "integrate/simulation/problem_setup.hpp"
@@ -193,8 +194,8 @@ class LaneSweep::Client : public EnsembleClient {
       : sweep_(sweep), slots_(slots), queue_(queue), left_(most), progress_(progress), poles_(*sweep.form_) {
     const Tolerances tolerances{sweep.plan_.rtol, sweep.plan_.atol};
     for (int l = 0; l < sweep.lanes(); ++l) {
-      peaks_.push_back({PeakMonitor(*sweep.problem_, tolerances, true)});
-      if (peaks_.front().monitor.is_empty()) break;
+      watches_.push_back({PeakMonitor(*sweep.problem_, tolerances, true), SwitchMonitor(*sweep.problem_)});
+      if (watches_.front().is_empty()) break;
     }
     base_.assign(sweep.x_.size(), 0);
     if (sweep.plain_start_)
@@ -236,17 +237,18 @@ class LaneSweep::Client : public EnsembleClient {
     poles_.changed(run);
     end(run, SharedSlots::State::apart);
   }
-  bool watches_steps() const override { return !peaks_.front().monitor.is_empty(); }
-  /// Looks for a peak that the step has jumped over: a run of its own goes back before it.
+  bool watches_steps() const override { return !watches_.front().is_empty(); }
+  /// Looks for a peak or a narrow switch that the step has jumped over: a run of its own goes back before it.
   bool rejects(int lane, int run, const Point& from, const Point& to, const double* p) override {
-    LanePeaks& peaks = peaks_[lane];
-    if (peaks.run != run) {
-      peaks.run = run;
-      if (!peaks.problem) peaks.problem = std::make_shared<Problem>(*sweep_.problem_);
-      peaks.problem->set_numbers(Eigen::Map<const Vec>(p, static_cast<Eigen::Index>(sweep_.p_.size())), {});
-      peaks.monitor.restart(peaks.problem, from);
+    LaneWatch& watch = watches_[lane];
+    if (watch.run != run) {
+      watch.run = run;
+      if (!watch.problem) watch.problem = std::make_shared<Problem>(*sweep_.problem_);
+      watch.problem->set_numbers(Eigen::Map<const Vec>(p, static_cast<Eigen::Index>(sweep_.p_.size())), {});
+      watch.peaks.restart(watch.problem, from);
     }
-    return peaks.monitor.missed(peaks.problem, from, to) != 0;
+    return watch.switches.passed(*watch.problem, from, to) ||
+           watch.peaks.missed(watch.problem, from, to) != 0;
   }
   /// Nothing of this worker is left running.
   void give_back() {
@@ -295,12 +297,14 @@ class LaneSweep::Client : public EnsembleClient {
   const std::function<void(int)>& progress_;
   PoleSigns poles_;
   /// One for each lane; with the run that it looks at, and its numbers.
-  struct LanePeaks {
-    PeakMonitor monitor;
+  struct LaneWatch {
+    PeakMonitor peaks;
+    SwitchMonitor switches;
     int run = -1;
     ProblemPtr problem;
+    bool is_empty() const { return peaks.is_empty() && switches.is_empty(); }
   };
-  std::vector<LanePeaks> peaks_;
+  std::vector<LaneWatch> watches_;
   std::vector<double> base_;
   std::vector<int> mine_;  ///< that are running
 };

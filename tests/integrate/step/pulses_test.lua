@@ -50,3 +50,29 @@ for _, case in ipairs(cases) do
     end
   end)
 end
+
+test("nor as it stands, with the capacitor in two halves: index 2", function()
+  local first, second, flow = vars "first second flow"
+  for _, units in ipairs { { 1, 1 }, { 1e3, 1e-6 } } do
+    local volt, sec = units[1], units[2]
+    for k, constant in ipairs { 2, 8, 20 } do
+      local C, current = constant*period/load, volt*shockley(d/volt)
+      local supply = 15*volt*sin(2*pi*t/(period*sec))
+      local model = dae { 0.3*C*sec*der(first) ~ current - flow - first/load, 0.7*C*sec*der(second) ~ flow,
+        first ~ second, d ~ supply - first - current }
+      local one = dae { C*sec*der(first) ~ current - first/load, d ~ supply - first - current }
+      local to = 12*period*sec
+      local exact = one:integrate { start = { first = 0 }, to = to, rtol = 1e-9, atol = 1e-10*volt,
+        method = "bdf" }
+      local start = model:init { fix = { first = 0 } }
+      for i, method in ipairs { "auto", "radau", "bdf" } do
+        for digits = 3, 6 do
+          local rtol = 10^(-digits + 0.1*i - 0.1*k)
+          local sol = model:integrate { start = start, to = to, rtol = rtol, method = method, direct = true }
+          expect(sol.status):equals "finished"
+          for j = 1, 8 do expect(sol(first, j*to/8)):near(exact(first, j*to/8), 100*rtol*15*volt) end
+        end
+      end
+    end
+  end
+end)

@@ -73,4 +73,13 @@ std::vector<dae::LargeBlock> blocks_of(const dae::ModelPtr& model, const Substit
   return blocks;
 }
 
+bool varies(Expr e, const Problem& problem) {
+  const std::vector<Expr>& fixed = problem.model().p;
+  const std::vector<Expr> inside = leaves({&e, 1});
+  return std::any_of(inside.begin(), inside.end(), [&](Expr leaf) {
+    const bool constant = symbol_of(leaf).kind == Kind::constant;
+    return !constant && std::find(fixed.begin(), fixed.end(), leaf) == fixed.end();
+  });
+}
+
 }  // namespace pendula::integrate

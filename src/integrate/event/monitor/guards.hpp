@@ -36,5 +36,7 @@ const std::vector<dae::DomainCondition>& domain_conditions_of(const Problem& pro
 
 /// Every leaf of e is known or a constant.
 bool all_known(Expr e, const Problem& problem);
+/// Does it depend on time, or on what changes with it?
+bool varies(Expr e, const Problem& problem);
 
 }  // namespace pendula::integrate

@@ -1,0 +1,45 @@
+// Narrow switches that a step has passed: tanh v, 1/(1 + eᵛ), log(1 + eᵛ), √(1 + v²) where v passes 0.
+//
+// Beside a step over which v changes by 16 and more they are jumps and kinks like those of sign and max, of which the error
+// estimate of a step says little: by chance it is far too small, and what is on for a part of the step only, as the current
+// of a smooth rectifier, it may not see at all. As with those, a step ends there.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "codegen/kernel/kernel.hpp"
+#include "integrate/problem/problem.hpp"
+
+namespace pendula::integrate {
+
+class SwitchMonitor {
+ public:
+  /// The switches of a problem, in t, x, x′ and z.
+  explicit SwitchMonitor(const Problem& problem);
+
+  bool is_empty() const { return count_ == 0; }
+  /// After every accepted step: the first time inside it at which a narrow switch is passed, on the cubic through its
+  /// ends. problem: with its numbers of now. Then the step has to be made again up to there. None where that was so of every second step: the error
+  /// estimates have to do then. Cost: four evaluations of v, some 50 where one may be passed.
+  std::optional<double> passed(Problem& problem, const Point& from, const Point& to);
+
+ private:
+  using Values = std::vector<double>;
+  static constexpr int pieces = 16;  ///< of a step, at whose ends v is looked at
+
+  void evaluate(Problem& problem, const Point& point, Values& out) const;
+  void look(Problem& problem, const Point& from, const Point& to, double share, Values& out);
+  bool is_due(Problem& problem, const Point& from, const Point& to);
+  double first_passage(Problem& problem, const Point& from, const Point& to);
+  double root(Problem& problem, std::size_t which, int piece, const Point& from, const Point& to);
+
+  std::size_t count_ = 0;
+  codegen::Kernel kernel_;       ///< v of all
+  std::vector<Values> samples_;  ///< at the ends of the pieces
+  Values inside_;
+  Point there_;
+  long steps_ = 0, repeated_ = 0;
+};
+
+}  // namespace pendula::integrate
