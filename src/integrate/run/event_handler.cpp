@@ -34,6 +34,10 @@ bool EventHandler::after_step(RunOutcome& outcome) {
     }
     if (!hit) return false;
     if (drop_jumps(*hit)) continue;
+    if (modes_.has_just_left(*hit)) {
+      state_.finder.pass(*hit, state_.stepper(), state_.view);
+      continue;
+    }
     if (handle(*hit, outcome)) return true;
   }
   return false;

@@ -50,6 +50,9 @@ class ModeTracker {
   void count(const Crossings& crossed, const Point& point);
   /// Thaws those of the borders among the crossings that can be; false if there are none.
   bool thaw(const Crossings& crossed, const Point& point);
+  /// At the beginning of the step in state.view the solution has left, by a side to which it bends, a border that it slid
+  /// along; crossings of that just behind are rounding.
+  bool has_just_left(const EventFinder::Hit& hit);
   /// After a failure of a step: all on which the equations are known to be so smooth.
   bool thaw_all(const Point& point, Smoothness least = Smoothness::kink);
   /// Where crossings accumulate: the solution slides along all borders that were crossed of late; false if
@@ -74,6 +77,8 @@ class ModeTracker {
     int exits = -1;              ///< the first of the two events that end the sliding
     double farthest = 0;         ///< |s| at the ends of steps since creeping was looked for
     int released = 0;            ///< while a run begins: the side to which the solution leaves
+    int left = 0;                ///< the side to which it has left, at `left_at`
+    double left_at = 0;
   };
   const std::vector<Event>& events() const { return state_.plan.events.list; }
   bool is_frozen(std::size_t which) const {

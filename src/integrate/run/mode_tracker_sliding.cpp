@@ -105,11 +105,25 @@ bool ModeTracker::slide_along_one_of(const std::vector<int>& candidates, const P
 void ModeTracker::release(int which, int side, double t) {
   Border& border = borders_[which];
   border.treatment = Treatment::frozen;
-  border.released = side;
+  border.released = border.left = side;
+  border.left_at = t;
   border.slid += t - border.since;
 }
 
-/// The borders whose μ is not in [0, 1] where the stepper stands, and the sides to which the solution leaves.
+bool ModeTracker::has_just_left(const EventFinder::Hit& hit) {
+  constexpr double behind = 1e-3;  // of the step
+  const Point &from = state_.view.from, &to = state_.view.to;
+  if (hit.t - from.t > behind * (to.t - from.t)) return false;
+  return std::all_of(hit.list.begin(), hit.list.end(), [&](const EventFinder::Crossing& crossing) {
+    if (static_cast<std::size_t>(crossing.which) >= borders_.size()) return false;
+    const Border& border = borders_[crossing.which];
+    return border.left != 0 && border.left_at == from.t &&
+           border.left * state_.finder.value(state_.stepper(), state_.view, crossing.which, to.t) > 0;
+  });
+}
+
+/// The borders whose μ is not in [0, 1] where the stepper stands, or leaves it there, and the sides to which the solution
+/// leaves.
 std::vector<std::pair<int, int>> ModeTracker::outside() const {
   constexpr double rounding = 1e-9;
   std::vector<std::pair<int, int>> result;
@@ -122,8 +136,11 @@ std::vector<std::pair<int, int>> ModeTracker::outside() const {
   for (std::size_t i = 0; i < borders_.size(); ++i) {
     if (borders_[i].treatment != Treatment::sliding) continue;
     const double weight = mu[next++];
-    if (!(weight >= -rounding && weight <= 1 + rounding))
-      result.emplace_back(static_cast<int>(i), weight < 0 ? 1 : -1);
+    const int side = weight < 0.5 ? 1 : -1;
+    const double inside = side > 0 ? weight : 1 - weight;
+    const int exit = borders_[i].exits + (side < 0);
+    if (!(inside >= -rounding) || (inside <= rounding && state_.finder.slope(exit, here) < 0))
+      result.emplace_back(static_cast<int>(i), side);
   }
   return result;
 }

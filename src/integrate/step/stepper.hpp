@@ -115,7 +115,7 @@ class Stepper {
     return false;
   }
   /// Of the error of a step to a point inside of one that was accepted, in tolerances.
-  static constexpr double largest_inside = 10;
+  static constexpr double largest_inside = 100;
   /// Rejections in a row after which a step may begin beside the equations.
   static constexpr int suspicious_failures = 4;
   /// Equations without x′ hold within the tolerances, as far as a step could see; where they change by orders of magnitude

@@ -178,3 +178,71 @@ test("a body with dry friction on a relay comes to rest", function()
   local at = tonumber(sol:stats().borders:match "x = 0: .- from t = (%S+) on")
   expect(at):near(8/3/(1 - 1/math.sqrt(3)), 1e-4)
 end)
+
+--- A capacitor that is charged through a switch, τ c′ = I (1 + sign(s - c)) - c, s = amplitude sin(120 π t).
+--- It rises, slides along s, and falls behind s, in phases whose solutions are known: the values at `times`.
+local function charged(amplitude, current, tau, times)
+  local w, t0, c0, phase = 120*math.pi, 0, 0, "up"
+  local function source(at) return amplitude*math.sin(w*at), amplitude*w*math.cos(w*at) end
+  local function value(at)
+    if phase == "slide" then return (source(at)) end
+    local rest = phase == "up" and 2*current or 0
+    return rest + (c0 - rest)*math.exp(-(at - t0)/tau)
+  end
+  local function lasts(at)  -- the phase does as long as this is not negative
+    local s, slope = source(at)
+    if phase == "up" then return s - value(at) end
+    if phase == "down" then return value(at) - s end
+    return math.min(slope + s/tau, (2*current - s)/tau - slope)
+  end
+  local function next_phase(at)
+    local s, slope = source(at)
+    local up, down = (2*current - s)/tau - slope, slope + s/tau
+    if phase == "slide" then return down < up and "down" or "up" end
+    return up < 0 and "up" or down < 0 and "down" or "slide"
+  end
+  phase = next_phase(0)
+  local values, h, to = {}, times[#times]/20000, times[#times]
+  for i = 1, 20000 do
+    local at = i*h
+    for _ = 1, 3 do
+      if lasts(at) >= 0 then break end
+      local low, high = math.max(t0, at - h), at
+      for _ = 1, 60 do
+        local middle = (low + high)/2
+        if lasts(middle) < 0 then high = middle else low = middle end
+      end
+      local there, following = value(high), next_phase(high)
+      t0, c0, phase = high, there, following
+    end
+    while times[#values + 1] and times[#values + 1] <= at + 1e-9*to do
+      values[#values + 1] = value(times[#values + 1])
+    end
+  end
+  return values
+end
+
+test("what leaves a border along its tangent does not slide on", function()
+  math.randomseed(1)
+  local random, c = math.random, var "c"
+  local times = {}
+  for k = 1, 40 do times[k] = 0.003*k end
+  for _ = 1, 20 do
+    local volt, second = 10^random(-3, 3), 10^random(-6, 3)
+    local amplitude, tau = 1 + 20*random(), 1.5*20^random()/60
+    local current = amplitude*(1 + 5*random())
+    local model = dae { tau*second*der(c) ~
+      current*volt*(1 + sign(amplitude*volt*sin(120*pi*t/second) - c)) - c }
+    local exact = charged(amplitude, current, tau, times)
+    for _, method in ipairs { "auto", "dopri5", "tsit5", "dop853", "radau", "bdf", "rodas5p" } do
+      for _ = 1, 3 do
+        local rtol = 10^(-2.5 - 6*random())
+        local sol = model:integrate { start = { c = 0 }, to = 0.12*second, rtol = rtol, method = method }
+        expect(sol.status):equals "finished"
+        for k, at in ipairs(times) do
+          expect(sol(c, at*second)):near(exact[k]*volt, (100*rtol + 1e-8)*amplitude*volt)
+        end
+      end
+    end
+  end
+end)

@@ -42,7 +42,10 @@ std::optional<Expr> smoothed_corner(Expr e, const Problem& problem) {
     if (node.is_constant() || node.is_symbol() || node.op() != Op::pow) continue;
     if (!node.operand(1).is_constant() || constant_value(node.operand(1)) != 2) continue;
     const Expr factor = substitute(sum.varying.front(), Substitution{{node, Expr(1)}});
-    if (!varies(factor, problem)) return node.operand(0) * sqrt(factor / sum.rest);
+    if (varies(factor, problem)) continue;
+    const Expr ratio = factor / sum.rest;
+    if (ratio.is_constant() && constant_value(ratio) <= 0) return {};  // 1 - b²
+    return node.operand(0) * sqrt(ratio);
   }
   return {};
 }
