@@ -87,7 +87,7 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
   // a branch that is not held fixed has been evaluated beyond the border: the step has to end there
   if (beyond && first_in_step_ && repeated_up_to(hit.t)) return true;
   Point point = s.inside(surface && !frozen ? hit.before : hit.t, Detail::full);
-  if (s.stepper().is_doubtful() && first_in_step_ && repeated_shorter()) return true;
+  if (surface && s.stepper().is_doubtful() && first_in_step_ && repeated_shorter()) return true;
   if (is_contradictory(hit, point)) {
     if (first_in_step_ && repeated_shorter()) return true;
     const bool soon = !last_restart_.list.empty() && point.t - last_restart_.t < 1e-6 * s.interval();

@@ -394,9 +394,8 @@ void ExplicitStepper::interpolate(const StepView& step, double t, Detail detail,
     return;
   }
   out.t = t;
-  bool computed = detail != Detail::sketch && compute(step.from, dt);
+  const bool computed = detail != Detail::sketch && compute(step.from, dt);
   doubtful_ = computed && !(error_norm() <= largest_inside);
-  computed = computed && !doubtful_;
   if (computed) {
     out.x.resize(n());
     std::copy_n(end_of_step(), n(), out.x.data());

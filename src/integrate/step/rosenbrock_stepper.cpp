@@ -350,9 +350,8 @@ bool RosenbrockStepper::refine(const StepView& step, double t, Point& out) {
   out.x = Eigen::Map<const Vec>(end.y, n());
   out.z = Eigen::Map<const Vec>(end.y + n(), m());
   out.xdot = Eigen::Map<const Vec>(end.xdot, n());
-  if (!end.regular || !out.x.allFinite() || !out.z.allFinite() || !out.xdot.allFinite()) return false;
   doubtful_ = !(ErrorSum::norm(end.sum, end.largest, N_) <= largest_inside);
-  return !doubtful_;
+  return end.regular && out.x.allFinite() && out.z.allFinite() && out.xdot.allFinite();
 }
 
 void RosenbrockStepper::interpolate(const StepView& step, double t, Detail detail, Point& out) {

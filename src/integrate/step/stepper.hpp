@@ -65,8 +65,8 @@ class Stepper {
   /// The point at time t of the step. Index 1: with full detail x′ and z solve the equations there.
   virtual void interpolate(const StepView& step, double t, Detail detail, Point& out) = 0;
 
-  /// The last point inside a step is one of its continuous extension in place of the method's own: equations that are
-  /// frozen on one side of a border may have a pole on the other, and a stage came near it.
+  /// The last point inside a step has an error that the step to its end has not: equations that are frozen on one side of
+  /// a border may have a pole on the other, and a stage came near it.
   bool is_doubtful() const { return doubtful_; }
 
   /// The Runge–Kutta method of a step; none: another kind of method.
@@ -115,7 +115,7 @@ class Stepper {
     return false;
   }
   /// Of the error of a step to a point inside of one that was accepted, in tolerances.
-  static constexpr double largest_inside = 100;
+  static constexpr double largest_inside = 10;
   /// Rejections in a row after which a step may begin beside the equations.
   static constexpr int suspicious_failures = 4;
   /// Equations without x′ hold within the tolerances, as far as a step could see; where they change by orders of magnitude
