@@ -30,15 +30,17 @@ double worst(const StartSystem& s, const Vec& w) {
   return rows ? r.cwiseQuotient(size.head(rows)).cwiseAbs().maxCoeff() : 0;
 }
 
-/// Are the equations at `next` off by what the given values contribute to them? These may be small beside the units.
+/// Are the equations at `next` off by what given values that are small beside their units contribute to them?
 bool neglects_given(const StartSystem& s, const Vec& next, const std::vector<char>& given) {
-  constexpr double share = 1e-3;
+  constexpr double share = 1e-3, small = 1e-6;
   const Vec r = s.residual(next);
   const auto J = s.jacobian(next);
   Vec terms = Vec::Zero(r.size());
-  for (Index j = 0; j < J.outerSize(); ++j)
-    for (std::decay_t<decltype(J)>::InnerIterator it(J, j); it && given[j]; ++it)
+  for (Index j = 0; j < J.outerSize(); ++j) {
+    if (!given[j] || !(std::fabs(next[j]) < small * s.unit[j])) continue;
+    for (std::decay_t<decltype(J)>::InnerIterator it(J, j); it; ++it)
       terms[it.row()] = std::max(terms[it.row()], std::fabs(it.value() * next[j] / s.unit[j]));
+  }
   return (terms.array() > 0 && r.array().abs() > share * terms.array()).any();
 }
 

@@ -43,7 +43,7 @@ test("towards a singular position the run ends with the cause: flat at t = π - 
   has(sol.status, "the constraints (3a), (3c), (3e), (3g) are dependent")
   -- rounding grows on the way there
   sol = sys:reduce "ggl":integrate { start = at, to = 4, rtol = 1e-10, atol = 1e-10 }
-  has(sol.status, "Near there the constraints (3a), (3c), (3e), (3g) are dependent")
+  has(sol.status, "the constraints (3a), (3c), (3e), (3g) are dependent")
   local last = sol.t[#sol.t]
   expect(last > 2.1 and last < math.pi - 1):is_true()
   expect(sol:final(a1)):near(1 + last, 1e-9)

@@ -230,35 +230,27 @@ bool PeakMonitor::defect(const Point& from, const Point& to, double share, Vec& 
   return out.allFinite();
 }
 
-/// The area under what is there and not beside it, in tolerances; 0 where a step may be off by that. A pulse is no
-/// narrower than the peak it comes from, and wider where the equations bend that, as log(1 + eᵘ) does.
+/// The area under what is there and not beside it, in tolerances; 0 where a step may be off by that.
 double PeakMonitor::matters(const Peak& peak, const Point& from, const Point& to) {
   constexpr double feet = 4;      // widths: e^{-8} is left of e^{-θ²/2}
   constexpr double several = 3;   // tolerances: that many a step may be off by
   constexpr double area = 2.507;  // √(2π), of a height and a width of 1
   constexpr double unknown = std::numeric_limits<double>::infinity();
-  constexpr double widest = 0.2;  // of the step: what is wider, the stages see
   if (!defect(from, to, peak.at, there_)) return unknown;
-  for (double width = peak.width;; width *= 2) {
-    if (width > std::max(peak.width, widest)) return 0;
-    const double low = peak.at - feet * width, above = peak.at + feet * width;
-    const bool right = above < 1 && (low <= 0 || 1 - peak.at > peak.at);
-    const bool wide = !right && low <= 0;
-    if (wide)
-      beside_.setZero(there_.size());
-    else if (!defect(from, to, right ? above : low, beside_))
-      return unknown;
-    double off = 0, left = 0;
-    for (Eigen::Index i = 0; i < there_.size(); ++i) {
-      const double weight =
-          tolerances_.atol[i] + tolerances_.rtol[i] * std::max(std::fabs(from.x[i]), std::fabs(to.x[i]));
-      off = std::max(off, std::fabs(there_[i] - beside_[i]) / weight);
-      left = std::max(left, std::fabs(beside_[i]) / weight);
-    }
-    if (!wide && left > off / 2) continue;  // still on it
-    off *= area * width * (to.t - from.t);
-    return off > several ? off : 0;
+  const double low = peak.at - feet * peak.width, above = peak.at + feet * peak.width;
+  const bool right = above < 1 && (low <= 0 || 1 - peak.at > peak.at);
+  if (!right && low <= 0)
+    beside_.setZero(there_.size());
+  else if (!defect(from, to, right ? above : low, beside_))
+    return unknown;
+  const double factor = area * peak.width * (to.t - from.t);
+  double off = 0;
+  for (Eigen::Index i = 0; i < there_.size(); ++i) {
+    const double weight =
+        tolerances_.atol[i] + tolerances_.rtol[i] * std::max(std::fabs(from.x[i]), std::fabs(to.x[i]));
+    off = std::max(off, std::fabs(there_[i] - beside_[i]) * factor / weight);
   }
+  return off > several ? off : 0;
 }
 
 }  // namespace pendula::integrate

@@ -50,6 +50,13 @@ std::optional<Expr> smoothed_corner(Expr e, const Problem& problem) {
   return {};
 }
 
+/// An exponent by which 1 + v² becomes a corner, a switch or a peak: -½, ½, -1, not 2.
+bool is_bend(Expr exponent) {
+  if (!exponent.is_constant()) return false;
+  const double e = constant_value(exponent);
+  return e < 0 || e != std::floor(e);
+}
+
 std::vector<Expr> switches_of(const Problem& problem) {
   std::vector<Expr> list;
   std::unordered_set<Expr> seen;
@@ -64,7 +71,7 @@ std::vector<Expr> switches_of(const Problem& problem) {
     const Expr inside = node.operand(op == Op::div ? 1 : 0);
     for (Expr part : topological({&inside, 1}))  // 1 + eᵛ
       if (!part.is_constant() && !part.is_symbol() && part.op() == Op::exp) add(part.operand(0));
-    if (op == Op::log || op == Op::div) continue;
+    if (op != Op::sqrt && !(op == Op::pow && is_bend(node.operand(1)))) continue;
     if (const auto v = smoothed_corner(inside, problem)) add(*v);
   }
   return list;
