@@ -124,7 +124,7 @@ class AdaptiveRun {
     state_.writer.release();
     state_.problem->set_limit(std::numeric_limits<double>::infinity());
     const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
-    modes_.report();
+    events_.report();
     state_.solution->set_rounding(rounding_.remark(*state_.problem, stepper().here()));
     try {
       if (outcome.ending == Ending::stopped && plan().ways_on)

@@ -284,6 +284,16 @@ bool EventHandler::repeated_up_to_switch() {
   return repeated(*t - from.t);
 }
 
+void EventHandler::report() const {
+  modes_.report();
+  std::vector<BorderInUse> list = state_.solution->borders();
+  for (std::size_t i = 0; i < switches_.switches().size(); ++i)
+    if (const long n = switches_.located()[i]; n > 0)
+      list.push_back(
+          {switches_.switches()[i], text("smooth switch, located ", n, n == 1 ? " time" : " times")});
+  state_.solution->set_borders(std::move(list));
+}
+
 bool EventHandler::repeated_up_to(double t) {
   constexpr double at_the_end = 1e-6;  // of a step
   const double from = state_.view.from.t, to = state_.view.to.t;

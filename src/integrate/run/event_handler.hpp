@@ -34,6 +34,9 @@ class EventHandler {
   /// The step has passed a smooth, narrow switch: it is taken back, and the next one ends there.
   bool repeated_up_to_switch();
 
+  /// Writes into the solution what became of every border and smooth switch.
+  void report() const;
+
   /// The step is taken back and repeated with a quarter of its length. False where that makes no progress, or
   /// where x′ and z, solved for again, are on another branch: the step has passed the singular point already.
   bool repeated_shorter();

@@ -87,3 +87,9 @@ test("a sweep in lanes loses no pulse either", function()
     expect(ends[k]):near(exact(c, 0.15), 100*1e-4*19)
   end
 end)
+
+test("stats name the switches that were located", function()
+  local model = dae { 0.04*der(c) ~ 3*log(1 + exp((19*sin(120*pi*t) - c)/0.09)) - c }
+  local sol = model:integrate { start = { c = 0 }, to = 0.1, rtol = 1e-4 }
+  expect(sol:stats().borders):matches "smooth switch, located %d+ times"
+end)

@@ -81,10 +81,11 @@ std::vector<Expr> switches_of(const Problem& problem) {
 
 SwitchMonitor::SwitchMonitor(const Problem& problem) {
   static PerEquations<std::vector<Expr>> known;
-  const std::vector<Expr> values = known.of(problem, [&] { return switches_of(problem); });
-  count_ = values.size();
+  switches_ = known.of(problem, [&] { return switches_of(problem); });
+  count_ = switches_.size();
   if (count_ == 0) return;
-  kernel_ = codegen::Kernel(values, problem.arguments());
+  located_.assign(count_, 0);
+  kernel_ = codegen::Kernel(switches_, problem.arguments());
   samples_.resize(pieces + 1);
 }
 
@@ -107,10 +108,11 @@ std::optional<double> SwitchMonitor::passed(Problem& problem, const Point& from,
   evaluate(problem, from, samples_.front());
   evaluate(problem, to, samples_.back());
   if (!is_due(problem, from, to)) return {};
-  const double share = first_passage(problem, from, to);
-  if (!(share < 1)) return {};
+  const Passage first = first_passage(problem, from, to);
+  if (!(first.share < 1)) return {};
   ++repeated_;
-  return from.t + share * (to.t - from.t);
+  ++located_[first.which];
+  return from.t + first.share * (to.t - from.t);
 }
 
 /// v changes its sign between the ends, or a tangent at one of them leads to where it would.
@@ -127,11 +129,10 @@ bool SwitchMonitor::is_due(Problem& problem, const Point& from, const Point& to)
   return false;
 }
 
-/// Its share of the step; 1: none.
-double SwitchMonitor::first_passage(Problem& problem, const Point& from, const Point& to) {
+SwitchMonitor::Passage SwitchMonitor::first_passage(Problem& problem, const Point& from, const Point& to) {
   constexpr double within = 1;  // the step begins in the switch
   for (int k = 2; k < pieces - 1; ++k) look(problem, from, to, static_cast<double>(k) / pieces, samples_[k]);
-  double first = 1;
+  Passage first;
   for (std::size_t i = 0; i < count_; ++i) {
     double least = samples_[0][i], most = least;
     for (const Values& sample : samples_) {
@@ -141,7 +142,7 @@ double SwitchMonitor::first_passage(Problem& problem, const Point& from, const P
     if (!(most - least > wide)) continue;
     for (int k = std::fabs(samples_[0][i]) < within ? 2 : 1; k <= pieces; ++k)
       if (samples_[k - 1][i] * samples_[k][i] < 0) {
-        first = std::min(first, root(problem, i, k, from, to));
+        if (const double share = root(problem, i, k, from, to); share < first.share) first = {i, share};
         break;
       }
   }

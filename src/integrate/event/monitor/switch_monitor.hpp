@@ -19,6 +19,9 @@ class SwitchMonitor {
   explicit SwitchMonitor(const Problem& problem);
 
   bool is_empty() const { return count_ == 0; }
+  /// v of all, and at how many passages of each a step was made to end.
+  const std::vector<Expr>& switches() const { return switches_; }
+  const std::vector<long>& located() const { return located_; }
   /// After every accepted step: the first time inside it at which a narrow switch is passed, on the cubic through its
   /// ends. problem: with its numbers of now. Then the step has to be made again up to there. None where that was so of every second step: the error
   /// estimates have to do then. Cost: four evaluations of v, some 50 where one may be passed.
@@ -31,9 +34,15 @@ class SwitchMonitor {
   void evaluate(Problem& problem, const Point& point, Values& out) const;
   void look(Problem& problem, const Point& from, const Point& to, double share, Values& out);
   bool is_due(Problem& problem, const Point& from, const Point& to);
-  double first_passage(Problem& problem, const Point& from, const Point& to);
+  struct Passage {
+    std::size_t which = 0;
+    double share = 1;  ///< of the step; 1: none
+  };
+  Passage first_passage(Problem& problem, const Point& from, const Point& to);
   double root(Problem& problem, std::size_t which, int piece, const Point& from, const Point& to);
 
+  std::vector<Expr> switches_;
+  std::vector<long> located_;
   std::size_t count_ = 0;
   codegen::Kernel kernel_;       ///< v of all
   std::vector<Values> samples_;  ///< at the ends of the pieces
