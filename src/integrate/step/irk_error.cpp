@@ -68,11 +68,7 @@ double IrkStepper::correction_at_end(double dt) {
     stagnates = false;
     if (!due && !visible) return 0;
   }
-  for (std::size_t k = 0; k < entries.size(); ++k)
-    shifted_.real[k] = rows_.in_mass[k] ? entries[k] / gh : entries[k];
-  ++stats_.factorisations;
-  if (jacobian_.end.size() == 0) jacobian_.end.analyse(N_, rows_.positions);
-  if (!jacobian_.end.factorise(shifted_.real.data())) return 0;
+  if (!factorise_apart(entries, gh)) return 0;
   std::copy_n(error_.begin(), N_, work_.residual.begin());
   jacobian_.end.solve(error_.data());
   ErrorSum sum;
@@ -85,6 +81,15 @@ double IrkStepper::correction_at_end(double dt) {
   else if (norm < 0.1 && iteration_.wary > 0)
     --iteration_.wary;
   return std::isfinite(norm) ? norm : 0;
+}
+
+/// M/gh + J of these entries, apart from the matrices of the iteration.
+bool IrkStepper::factorise_apart(const std::vector<double>& entries, double gh) {
+  for (std::size_t k = 0; k < entries.size(); ++k)
+    shifted_.real[k] = rows_.in_mass[k] ? entries[k] / gh : entries[k];
+  ++stats_.factorisations;
+  if (jacobian_.end.size() == 0) jacobian_.end.analyse(N_, rows_.positions);
+  return jacobian_.end.factorise(shifted_.real.data());
 }
 
 /// A method with |R(∞)| = 1, as Gauss's are, keeps the errors of stiff components from step to step, and an estimate

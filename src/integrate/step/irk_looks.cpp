@@ -59,13 +59,9 @@ bool IrkStepper::corrected_there(double t, double dt, const double* y, Vec& xdot
   };
   residual(y);
   check_.set_first(error_.data(), 1);
-  std::vector<double> entries = problem_->jacobian();
+  const std::vector<double> entries = problem_->jacobian();
   ++stats_.jacobians;
-  for (std::size_t k = 0; k < entries.size(); ++k)
-    shifted_.real[k] = rows_.in_mass[k] ? entries[k] / gh : entries[k];
-  ++stats_.factorisations;
-  if (jacobian_.end.size() == 0) jacobian_.end.analyse(N_, rows_.positions);
-  if (!jacobian_.end.factorise(shifted_.real.data())) return false;
+  if (!factorise_apart(entries, gh)) return false;
   std::vector<double>& corrected = work_.transformed;
   jacobian_.end.solve(error_.data());
   for (int k = 0; k < N_; ++k) corrected[k] = (k < n() ? y[k] : z[k - n()]) - error_[k];

@@ -68,7 +68,7 @@ class IrkStepper final : public Stepper {
     bool fresh = false;          ///< of this step
     bool keep = false;           ///< serves the next step
     double factorised_for = 0;   ///< dt; 0: not
-    LinearSolver<double> end;    ///< of correction_at_end()
+    LinearSolver<double> end;    ///< of factorise_apart()
   };
   /// The entries with a factor for those of x′, and a right side.
   struct Shifted {
@@ -151,6 +151,7 @@ class IrkStepper final : public Stepper {
   void solve_stages();
   double error_norm(double dt, bool again);
   double correction_at_end(double dt);
+  bool factorise_apart(const std::vector<double>& entries, double gh);
   void polynomial(double part, double dt, double* value, double* slope) const;
   double missed_between_stages(double dt);
   bool corrected_there(double t, double dt, const double* y, Vec& xdot, Vec& z);
