@@ -111,7 +111,7 @@ void ModeTracker::release(int which, int side, double t) {
 }
 
 bool ModeTracker::has_just_left(const EventFinder::Hit& hit) {
-  constexpr double behind = 1e-3;  // of the step
+  constexpr double behind = 1e-3;  // of the step: along a tangent 10⁻⁶ of its way from the border
   const Point &from = state_.view.from, &to = state_.view.to;
   if (hit.t - from.t > behind * (to.t - from.t)) return false;
   return std::all_of(hit.list.begin(), hit.list.end(), [&](const EventFinder::Crossing& crossing) {

@@ -114,7 +114,8 @@ class Stepper {
     }
     return false;
   }
-  /// Of the error of a step to a point inside of one that was accepted, in tolerances.
+  /// Of the error of a step to a point inside of one that was accepted, in tolerances: no shorter step of a smooth solution
+  /// has a larger one than 1.
   static constexpr double largest_inside = 10;
   /// Rejections in a row after which a step may begin beside the equations.
   static constexpr int suspicious_failures = 4;
