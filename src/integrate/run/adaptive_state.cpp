@@ -12,6 +12,30 @@ static Plan with_tolerances(Plan plan, const Problem& problem) {
   return plan;
 }
 
+/// Unknowns of index 3 and more: an error δ of a constraint stands as δ/h² and more in them, and the error test leaves them
+/// out for that (Hairer & Wanner II, §VII.4).
+static std::string untested(const Problem& problem, const std::vector<int>& indices) {
+  constexpr int first = 3;
+  constexpr std::size_t shown = 3;
+  std::vector<std::string> names;
+  int highest = 0, lowest = std::numeric_limits<int>::max();
+  for (std::size_t k = 0; k < indices.size(); ++k) {
+    if (indices[k] < first) continue;
+    const int i = static_cast<int>(k), n = problem.n();
+    if (i < n ? i < problem.shown_n() : i - n < problem.shown_m())
+      names.push_back(i < n ? problem.x_name(i) : problem.z_name(i - n));
+    highest = std::max(highest, indices[k]);
+    lowest = std::min(lowest, indices[k]);
+  }
+  if (names.empty()) return "";
+  const std::string more = names.size() > shown ? text(" and ", names.size() - shown, " more") : "";
+  names.resize(std::min(names.size(), shown));
+  return text("no step tests the error of ", join(names, ", "), more, ", of index ",
+              lowest < highest ? "up to " : "", highest, ": it can be that of the constraints divided by h^",
+              highest - 1,
+              ". sol:check() measures it; sys:reduce():integrate{…} has it within the tolerance");
+}
+
 AdaptiveState::AdaptiveState(ProblemPtr given, const Plan& asked)
     : problem(std::move(given)),
       plan(with_tolerances(asked, *problem)),
@@ -21,6 +45,7 @@ AdaptiveState::AdaptiveState(ProblemPtr given, const Plan& asked)
       finder(problem, plan.events.list) {
   if (plan.times) history->may_forget();
   solution->set_continuation(history);
+  solution->set_untested(untested(*problem, plan.variable_index));
   finder.set_interval(plan.from, plan.to);
 }
 

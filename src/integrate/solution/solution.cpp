@@ -159,7 +159,8 @@ std::string Solution::str() const {
                          : text("  states in use switched ", switches, switches == 1 ? " time" : " times",
                                 " (sol:switches()), at the end: ", states_in_use_.back().states, "\n");
   std::string errors = errors_text().empty() ? "" : "  " + errors_text();
-  if (!not_unique_.empty()) errors += "  " + not_unique_ + "\n";
+  for (const std::string& remark : {not_unique_, untested_})
+    if (!remark.empty()) errors += "  " + remark + "\n";
   return text("solution by ", method_, step, ": ", stats_.steps, stats_.steps == 1 ? " step" : " steps",
               " from t = ", rounded(t().front(), 6), " to ", rounded(end.t, 6), ", ", status(), "\n", errors,
               used, table.str(2));
@@ -192,7 +193,7 @@ std::string Solution::stats_text() const {
   std::string result = table.str();
   for (const MethodInUse& use : methods_in_use_)
     result += text(use.name, " from t = ", rounded(use.t, 6), ": ", use.why, "\n");
-  for (const std::string& remark : {rounding_, not_unique_})
+  for (const std::string& remark : {rounding_, not_unique_, untested_})
     if (!remark.empty()) result += remark + "\n";
   result += errors_text();
   return result + regimes_text() + borders_text();

@@ -99,6 +99,7 @@ class Solution {
   void set_borders(std::vector<BorderInUse> borders) { borders_ = std::move(borders); }
   void set_rounding(std::string remark) { rounding_ = std::move(remark); }
   void set_not_unique(std::string remark) { not_unique_ = std::move(remark); }
+  void set_untested(std::string remark) { untested_ = std::move(remark); }
   void add_method(MethodInUse use) { methods_in_use_.push_back(std::move(use)); }
   void keep_methods(std::size_t count) { methods_in_use_.resize(count); }
   void cut(double t);  ///< takes back what was filled in behind t
@@ -137,6 +138,7 @@ class Solution {
   /// Why the digits asked for are not there; empty: nothing is known against them.
   const std::string& rounding() const { return rounding_; }
   const std::string& not_unique() const { return not_unique_; }  ///< see UniquenessCheck::at
+  const std::string& untested() const { return untested_; }      ///< unknowns without an error test
 
   int size() const { return points_.size(); }
   const std::vector<double>& t() const { return points_.t(); }
@@ -179,7 +181,7 @@ class Solution {
   std::vector<RegimeInUse> regimes_in_use_;
   std::vector<MethodInUse> methods_in_use_;
   std::vector<BorderInUse> borders_;
-  std::string rounding_, not_unique_;
+  std::string rounding_, not_unique_, untested_;
   mutable std::vector<Expr>
       compiled_;  ///< what kernel_ computes: the same expressions are asked for again and again
   mutable codegen::Kernel kernel_;

@@ -57,6 +57,24 @@ test("adaptive with direct = true: index 2 and 3 meet the tolerance", function()
   expect(sol:final(q)):near({ 0.275087462576115, -0.961419205099125 }, 1e-6)
 end)
 
+test("unknowns of index 3 and more, which no step tests, are named", function()
+  local x1, x2, v1, v2, F = vars "x1 x2 v1 v2 F"
+  -- A force on one of two masses, such that the other follows a path: index 4 (the damper sees its speed).
+  local servo = dae { der(x1) ~ v1, der(x2) ~ v2, 100*der(v1) ~ F - 5*(x1 - x2) - 3*(v1 - v2),
+    10*der(v2) ~ 5*(x1 - x2) + 3*(v1 - v2), 0 ~ x2 - (1 - cos(t))/2 }
+  local start = servo:init { guess = { x1 = 0 } }
+  local exact = servo:reduce():integrate { start = start, to = 3, rtol = 1e-10, method = "radau" }
+  local direct = servo:integrate { start = start, to = 3, method = "bdf", rtol = 1e-6, direct = true }
+  expect(direct:final(x1)):near(exact:final(x1), 1e-4)
+  expect(math.abs(direct:final(F)/exact:final(F) - 1) > 0.1):is_true()  -- why it has to be said
+  expect(direct:stats().untested):matches "no step tests the error of v1, F, of index up to 4"
+  expect(tostring(direct)):matches "divided by h%^3"
+  local jay = dae { der(y1) ~ y1 * y2 * z, der(y2) ~ y1^2 * y2^2 - 3 * y2^2 * z, 0 ~ y1^2 * y2 - 1 }
+  local at = jay:init { fix = { y1 = 1 }, guess = { y2 = 1, z = 1 } }
+  expect(jay:integrate { start = at, to = 1, method = "bdf", direct = true }:stats().untested):equals ""
+  expect(servo:reduce():integrate { start = start, to = 3 }:stats().untested):equals ""
+end)
+
 test("dense output and times of fixed-step BDF", function()
   local decay = dae { der(x) ~ -x }
   local sol = decay:integrate { start = { x = 1 }, to = 1, dt = 0.01, method = bdf(4),

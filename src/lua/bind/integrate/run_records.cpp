@@ -9,7 +9,7 @@ namespace pendula::lua {
 
 struct SolutionStats {
   integrate::Stats counts;
-  std::string method, text, why, borders, rounding, not_unique;
+  std::string method, text, why, borders, rounding, not_unique, untested;
   double seconds;
 };
 template <>
@@ -35,7 +35,7 @@ int stats(Call& call) {
   return call.push(std::make_shared<const SolutionStats>(
       SolutionStats{solution.stats(), solution.method_name(), without_newline(solution.stats_text()), why,
                     without_newline(solution.borders_text()), solution.rounding(), solution.not_unique(),
-                    solution.cpu_seconds()}));
+                    solution.untested(), solution.cpu_seconds()}));
 }
 
 int drift(Call& call) {
@@ -55,6 +55,7 @@ int stats_why(Call& call) { return call.push(counted(call).why); }
 int stats_borders(Call& call) { return call.push(counted(call).borders); }
 int stats_rounding(Call& call) { return call.push(counted(call).rounding); }
 int stats_not_unique(Call& call) { return call.push(counted(call).not_unique); }
+int stats_untested(Call& call) { return call.push(counted(call).untested); }
 int stats_rest(Call& call) {
   const auto& rest = counted(call).counts.rest;
   if (rest) return call.push(*rest);
@@ -140,6 +141,8 @@ return sol:drift())",
          "Where more than one solution goes on: from x = 0, x′ = √|x| may stay or leave. Empty if that was not met.",
          "dae{ der(var 'x') ~ sqrt(var 'x') }:integrate{ start = { x = 0 }, to = 1 }:stats().not_unique",
          "not unique from t = 0 on: x = 0 there, where √x has an infinite slope; one solution stays, others leave"},
+        {"stats#untested", stats_untested, "stats.untested -> string",
+         "Runs with direct = true: the unknowns of index 3 and more, whose errors no step tests. Empty if there are none."},
         {"stats#errors", stats_errors, "stats.errors -> number",
          "The estimated errors of all steps of an adaptive run, in tolerances: their sum. It bounds what is left of "
          "them where the equations make no error grow; oscillations keep it, damping forgets most of it."},
