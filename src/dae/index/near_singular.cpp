@@ -111,17 +111,28 @@ std::optional<std::string> note_on_rounding(const Model& m, const std::string& h
               "; as given: ", here, ", with 0 in ", words.size() == 1 ? "its" : "their", " place: ", there);
 }
 
-std::optional<std::string> note_on_pivots(const Model& m, const Analysis& a, const std::string& here) {
-  constexpr std::size_t affordable = 12;  // unknowns
-  if (m.variables.size() > affordable || !a.regular) return {};
+/// Has the system Jacobian its full rank at some point, with pivots above rounding? At points of several sizes: with a
+/// temperature of 1, exp(-3000/T) is 0.
+static bool has_clear_rank(const Model& m, const Analysis& a) {
   std::vector<Expr> slopes;
   for (const Entry& e : a.jacobian) slopes.push_back(e.value);
   slopes = at_values(slopes, m.values);
-  const auto values = pendula::evaluate(slopes, random_point(slopes, 0));
   const auto n = static_cast<Eigen::Index>(m.variables.size());
-  Mat J = Mat::Zero(n, n);
-  for (std::size_t k = 0; k < values.size(); ++k) J(a.jacobian[k].row, a.jacobian[k].column) = values[k];
-  if (!J.allFinite() || rank_with_gap(balanced(J)).rank == n) return {};
+  int attempt = 0;
+  for (double size : {1.0, 1e-3, 30.0, 1e3, 1e-6, 1e6}) {
+    auto point = random_point(slopes, attempt++);
+    for (auto& [leaf, value] : point) value *= size;
+    const auto values = pendula::evaluate(slopes, point);
+    Mat J = Mat::Zero(n, n);
+    for (std::size_t k = 0; k < values.size(); ++k) J(a.jacobian[k].row, a.jacobian[k].column) = values[k];
+    if (J.allFinite() && rank_with_gap(balanced(J)).rank == n) return true;
+  }
+  return false;
+}
+
+std::optional<std::string> note_on_pivots(const Model& m, const Analysis& a, const std::string& here) {
+  constexpr std::size_t affordable = 12;  // unknowns
+  if (m.variables.size() > affordable || !a.regular || has_clear_rank(m, a)) return {};
   ArrayOptions numeric;
   numeric.conditions = false;
   numeric.numeric = true;
