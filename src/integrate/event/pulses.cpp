@@ -11,8 +11,7 @@ namespace {
 
 constexpr int cells = 2048;
 constexpr double change = 2e-3;  // of the range of values, from a sample to the next: something happens
-constexpr int longest = cells / 30;
-constexpr int stops = 8;                  // in a pulse: every method sees a bell curve in eight pieces
+constexpr int stops = 8;         // in a pulse: every method sees a bell curve in eight pieces
 constexpr std::size_t most_pulses = 200;  // more are an oscillation, which no step passes over
 
 /// Sums, products, sines of a smooth argument have no short pulse without an oscillation, and the borders of
@@ -97,7 +96,8 @@ void add_feet(Pulse& pulse, const std::vector<double>& f, double range) {
     ++pulse.rest_behind;
 }
 
-std::vector<Pulse> pulses_of(const std::vector<double>& f) {
+/// Changes with rest behind them that take at most `longest` cells.
+std::vector<Pulse> pulses_of(const std::vector<double>& f, int longest) {
   const auto [low, high] = std::minmax_element(f.begin(), f.end());
   const double range = *high - *low;
   std::vector<Pulse> found;
@@ -114,26 +114,12 @@ std::vector<Pulse> pulses_of(const std::vector<double>& f) {
   return found;
 }
 
-}  // namespace
-
-std::vector<double> pulse_times(std::span<const Expr> equations, const std::vector<Expr>& parameters,
-                                std::span<const double> values, double from, double to) {
-  const std::vector<Expr> functions = functions_of_time(equations, parameters);
-  if (functions.empty()) return {};
-  std::vector<Expr> arguments{time_symbol()};
-  arguments.insert(arguments.end(), parameters.begin(), parameters.end());
-  const codegen::Kernel kernel(functions, arguments);
-  std::vector<double> at{from}, out(functions.size());
-  at.insert(at.end(), values.begin(), values.end());
-  std::vector<std::vector<double>> samples(functions.size(), std::vector<double>(cells + 1));
-  for (int k = 0; k <= cells; ++k) {
-    at[0] = from + (to - from) * k / cells;
-    kernel(at.data(), out.data());
-    for (std::size_t i = 0; i < functions.size(); ++i) samples[i][k] = out[i];
-  }
+/// Where steps should end, of functions given by their samples.
+std::vector<double> times_of(const std::vector<std::vector<double>>& samples, int longest, double from,
+                             double to) {
   std::vector<double> times;
   for (const std::vector<double>& f : samples) {
-    const std::vector<Pulse> pulses = pulses_of(f);
+    const std::vector<Pulse> pulses = pulses_of(f, longest);
     if (pulses.size() > most_pulses) continue;
     for (const Pulse& pulse : pulses) {
       const auto add = [&](double sample) { times.push_back(from + (to - from) * (sample / cells)); };
@@ -149,6 +135,37 @@ std::vector<double> pulse_times(std::span<const Expr> equations, const std::vect
               times.end());
   std::erase_if(times, [&](double t) { return t <= from || t >= to; });
   return times;
+}
+
+double sample_time(int k, double from, double to) { return from + (to - from) * k / cells; }
+
+}  // namespace
+
+std::vector<double> pulse_times(std::span<const Expr> equations, const std::vector<Expr>& parameters,
+                                std::span<const double> values, double from, double to) {
+  constexpr int longest = cells / 30;
+  const std::vector<Expr> functions = functions_of_time(equations, parameters);
+  if (functions.empty()) return {};
+  std::vector<Expr> arguments{time_symbol()};
+  arguments.insert(arguments.end(), parameters.begin(), parameters.end());
+  const codegen::Kernel kernel(functions, arguments);
+  std::vector<double> at{from}, out(functions.size());
+  at.insert(at.end(), values.begin(), values.end());
+  std::vector<std::vector<double>> samples(functions.size(), std::vector<double>(cells + 1));
+  for (int k = 0; k <= cells; ++k) {
+    at[0] = sample_time(k, from, to);
+    kernel(at.data(), out.data());
+    for (std::size_t i = 0; i < functions.size(); ++i) samples[i][k] = out[i];
+  }
+  return times_of(samples, longest, from, to);
+}
+
+std::vector<double> pulse_times(std::span<const std::function<double(double)>> inputs, double from,
+                                double to) {
+  std::vector<std::vector<double>> samples(inputs.size());
+  for (std::size_t i = 0; i < inputs.size(); ++i)
+    for (int k = 0; k <= cells; ++k) samples[i].push_back(inputs[i](sample_time(k, from, to)));
+  return times_of(samples, cells, from, to);
 }
 
 }  // namespace pendula::integrate

@@ -101,8 +101,9 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
   if (surface && !may_jump && std::any_of(s.plan.events.list.begin(), s.plan.events.list.end(), is_divisor))
     if (const int gone = s.finder.vanished(s.inside(hit.before, Detail::full)); gone >= 0)
       return end_before(hit, s.plan.events.list[gone], outcome);
-  // a step of a few ulp from here to the end is no step
-  const bool at_end = s.plan.to - hit.t <= 4 * std::numeric_limits<double>::epsilon() * std::fabs(s.plan.to);
+  // a step from here to the end is no step where it is as short as times of events are uncertain
+  constexpr double uncertain = 100 * std::numeric_limits<double>::epsilon();
+  const bool at_end = s.plan.to - hit.t <= uncertain * std::fabs(s.plan.to);
   point.t = at_end ? s.plan.to : hit.t;
   s.keep(point, may_jump || surface);
   const Point before = point;

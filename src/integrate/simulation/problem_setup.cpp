@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/index/differentiation_index.hpp"
 #include "dae/model/first_order.hpp"
@@ -235,13 +236,27 @@ static void add_events(Plan& plan, const dae::ModelPtr& model, const Simulation&
   }
 }
 
+/// Inputs that cannot be asked anywhere in the interval are asked by the steps alone: an event may end the run before.
+static std::vector<double> input_pulses(const Plan& plan) {
+  try {
+    return pulse_times(plan.monitored_inputs, plan.from, plan.to);
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const std::exception&) {
+    return {};
+  }
+}
+
 /// Steps end inside short pulses of functions of time.
 static void add_pulses(Plan& plan, const Problem& problem) {
-  if (!contains_time(problem)) return;
-  const dae::FirstOrder& form = problem.model();
-  const std::span<const double> values(problem.values());
-  const std::vector<double> pulses =
-      pulse_times(form.F, form.p, values.last(form.p.size()), plan.from, plan.to);
+  if (plan.dt) return;
+  std::vector<double> pulses = input_pulses(plan);
+  if (contains_time(problem)) {
+    const dae::FirstOrder& form = problem.model();
+    const std::span<const double> values(problem.values());
+    const auto own = pulse_times(form.F, form.p, values.last(form.p.size()), plan.from, plan.to);
+    pulses.insert(pulses.end(), own.begin(), own.end());
+  }
   if (pulses.empty()) return;
   plan.breaks.insert(plan.breaks.end(), pulses.begin(), pulses.end());
   std::sort(plan.breaks.begin(), plan.breaks.end());

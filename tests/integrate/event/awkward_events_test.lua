@@ -47,6 +47,22 @@ test("an event exactly at the end happens", function()
   end
 end)
 
+test("a bounce exactly at the end is the last one", function()
+  -- From 1/2 under gravity 1 with restitution 1/2: at t = 1, 2, 2.5, 2.75 = to, to the digits found.
+  for _, method in ipairs(methods) do
+    for _, rtol in ipairs { 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9 } do
+      for _, unit in ipairs { 1, 1e-3, 1e3 } do
+        local ball = dae { der(x) ~ v, der(v) ~ -1/unit^2 }
+        local sol = ball:integrate { start = { x = 0.5, v = 0 }, to = 2.75*unit, method = method, rtol = rtol,
+          events = { { when = x, direction = -1, reset = { [v] = -v/2 } } } }
+        expect(sol.status):equals "finished"
+        local speed = sol:final(v)*unit                  -- -1/8 where it is found just behind the end
+        expect(math.min(math.abs(speed - 1/16), math.abs(speed + 1/8))):near(0, 1e-2)
+      end
+    end
+  end
+end)
+
 test("a condition without a value is said", function()
   for _, method in ipairs(methods) do
     local function run(when)
@@ -71,6 +87,30 @@ test("short pulses are not passed over", function()
       local area = 0.01*(math.atan((10 - at)/0.01) + math.atan(at/0.01))
       expect(final(1/(1 + ((t - at)/0.01)^2))):near(area, 1e-5)
       expect(final(exp(-((t - 100*at)/3)^2), 1000)):near(3*math.sqrt(math.pi), 1e-4)
+    end
+  end
+end)
+
+test("what happens between two rests is not passed over", function()
+  local u = input "u"
+  for _, method in ipairs(methods) do
+    local function final(what, unit, inputs)
+      return dae { der(x) ~ what/unit }:integrate { start = { x = 0 }, to = 10*unit, method = method,
+        inputs = inputs }:final(x)
+    end
+    for _, unit in ipairs { 1, 1e-3, 1e4 } do
+      -- From border to border x′ begins and ends at 0.
+      expect(final(max(0, sin(2*pi*t/unit)), unit)):near(10/math.pi, 1e-4)
+      expect(final(max(0, sin(2*pi*t/unit))^2, unit)):near(2.5, 1e-4)
+      expect(final(max(0, abs(sin(pi*t/unit)) - 1/2), unit)):near(10*(math.sqrt(3) - math.pi/3)/math.pi, 1e-4)
+      -- Functions in Lua, which say nothing about where they act.
+      for k = 1, 9 do
+        local from = 0.93*k
+        local function gate(s) return (s > from*unit and s < (from + 0.1)*unit) and 1 or 0 end
+        local function hat(s) return math.max(0, 1 - math.abs(s/unit - from)*4) end
+        expect(final(u, unit, { [u] = gate })):near(0.1, 1e-6)
+        expect(final(u, unit, { [u] = hat })):near(0.25, 1e-4)
+      end
     end
   end
 end)
