@@ -72,8 +72,8 @@ void band_solve_lanes(double* b, int n, const double* factors, int band) {
   }
 }
 
-double sine(double a) { return codegen::sincos_value(a).sin; }
-double cosine(double a) { return codegen::sincos_value(a).cos; }
+double sine(double a, double, double) { return codegen::sincos_value(a).sin; }
+double cosine(double a, double, double) { return codegen::sincos_value(a).cos; }
 
 template <class F>
 const void* address(F* function) {

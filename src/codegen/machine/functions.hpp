@@ -6,7 +6,7 @@
 
 namespace pendula::codegen {
 
-/// double f(double a, double b): the value column of ops.def; sin and cos of routines/sines.hpp.
+/// double f(double a, double b, double c): the value column of ops.def; sin and cos of routines/sines.hpp.
 const void* scalar_function(Op op);
 /// __m256d f(__m256d a, __m256d b) for 4 lanes, __m512d for 8: SLEEF's, at most 1 ulp off, and those whose
 /// bits depend on nothing but the operands of a lane ("finz"). Null where the build has none.

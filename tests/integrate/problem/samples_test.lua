@@ -160,7 +160,7 @@ test("smooth inputs and rounded numbers have no kinks", function()
   local function smooth(s) return math.sin(s) end
   for _, method in ipairs { "dopri5", "radau" } do
     local steps, calls = run(smooth, method)
-    expect(calls < 30*steps):is_true()
+    expect(calls - 2049 < 30*steps):is_true()                 -- as many once, beforehand
     for _, digits in ipairs { 1e4, 1e6 } do  -- of a converter: every step meets many of its jumps
       expect((run(function(s) return math.sin(s)*digits//1/digits end, method))):near(steps, steps/4)
     end
