@@ -15,6 +15,7 @@
 #include "dae/start/regime_jump.hpp"
 #include "dae/start/start_system.hpp"
 #include "expr/graph/derivative.hpp"
+#include "expr/rewrite/rewrite.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -75,16 +76,21 @@ int sign_ahead(Expr e, const ConsistentState& start, const Sizes& sizes, double 
   return std::fabs(there) > border * size ? (there > 0 ? 1 : -1) : 0;
 }
 
-/// -1, 0, 1: the sign of a margin just after the start.
-int sign_after(Expr margin, const ConsistentState& start, const Jump& jump, double border) {
-  constexpr int highest = 4;  // derivative
+/// -1, 0, 1: the sign of the impulse through a margin.
+int impulse_through(Expr margin, const ConsistentState& start, const Jump& jump, double border) {
   double impulse = 0, noise = 0;
   for (const auto& [leaf, size] : jump.impulses) {
     const double slope = value_at(partial(margin, leaf), start.values);
     impulse += slope * size;
     noise += std::fabs(slope) * jump.sizes.at(leaf);
   }
-  if (std::fabs(impulse) > border * noise) return impulse > 0 ? 1 : -1;
+  return std::fabs(impulse) > border * noise ? (impulse > 0 ? 1 : -1) : 0;
+}
+
+/// -1, 0, 1: the sign of a margin just after the start.
+int sign_after(Expr margin, const ConsistentState& start, const Jump& jump, double border) {
+  constexpr int highest = 4;  // derivative
+  if (const int sign = impulse_through(margin, start, jump, border); sign != 0) return sign;
   const Sizes sizes = sizes_at(start);
   Expr e = margin;
   for (int order = 0; order <= highest; ++order) {
@@ -136,14 +142,6 @@ std::unordered_map<Expr, double> conditions_of(const Model& model, const StartRe
   return values;
 }
 
-/// Values before a jump, of all leaves that a regime knows.
-std::unordered_map<Expr, double> values_before(const Model& model, const StartRequest& request) {
-  std::unordered_map<Expr, double> values = conditions_of(model, request);
-  for (const auto* list : {&request.guess, &request.fix})
-    for (const auto& [leaf, value] : *list) values[leaf] = value;
-  return values;
-}
-
 /// Fixed values that contradict the constraints by rounding move onto them.
 ConsistentStatePtr consistent(const ModelPtr& model, StartRequest request) {
   try {
@@ -164,6 +162,13 @@ void raise(LeafValues& sizes, Expr leaf, double least) {
 }
 
 }  // namespace
+
+std::unordered_map<Expr, double> values_before(const Model& model, const StartRequest& request) {
+  std::unordered_map<Expr, double> values = conditions_of(model, request);
+  for (const auto* list : {&request.guess, &request.fix})
+    for (const auto& [leaf, value] : *list) values[leaf] = value;
+  return values;
+}
 
 ModelPtr region_model(const ModelPtr& model, const Region& region) {
   ModelOptions options = child_of(model);
@@ -243,6 +248,20 @@ const Regime& Regimes::regime(std::uint64_t choice) {
   return known_.emplace(choice, std::move(regime)).first->second;
 }
 
+std::vector<Expr> Regimes::lasting_conditions(const Regime& regime) {
+  std::vector<Expr> lasting = regime.conditions;
+  for (std::size_t k = 0; k < choices_.size() && !lasting.empty(); ++k) {
+    const Regime& other = this->regime(regime.choice ^ (std::uint64_t{1} << k));
+    if (!other.model) continue;
+    std::erase_if(lasting, [&](Expr c) {
+      return std::none_of(other.conditions.begin(), other.conditions.end(), [&](Expr d) {
+        return c == d || simplify(c - d).is_zero() || simplify(c + d).is_zero();
+      });
+    });
+  }
+  return lasting;
+}
+
 /// Of each margin: what errors may take from it without leaving the region.
 static std::vector<double> slack_of(const Region& region, const ConsistentState& start,
                                     const std::vector<int>& signs, const Regimes::Accuracy& accuracy) {
@@ -288,11 +307,16 @@ std::optional<RegimeStart> Regimes::enter_one(const StartRequest& before, std::u
     std::vector<int> signs = signs_after(regime.region, *at, jump->jumps ? *jump : Jump{}, accuracy.border);
     const auto leaves = [&] { return std::find(signs.begin(), signs.end(), -1) != signs.end(); };
     if (leaves()) return refused("its solution from these values moves outside this region");
+    std::vector<Expr> struck;
     if (jump->jumps) {
+      for (std::size_t k = 0; k < regime.region.margins.size(); ++k)
+        if (impulse_through(regime.region.margins[k], *at, *jump, accuracy.border) > 0)
+          struck.push_back(choices_.region(choice ^ (std::uint64_t{1} << k)).margins[k]);
       signs = signs_after(regime.region, *at, {}, accuracy.border);
       if (leaves()) {  // an impact, and off again
         auto next = enter_within(request, choice, choice, accuracy, why);
         if (next) next->jumps = true;
+        if (next) next->struck.insert(next->struck.end(), struck.begin(), struck.end());
         return next;
       }
     }
@@ -300,7 +324,8 @@ std::optional<RegimeStart> Regimes::enter_one(const StartRequest& before, std::u
     for (std::size_t k = 0; k < signs.size(); ++k)
       if (signs[k] == 0 && !regime.region.margins[k].is_constant())
         undecided.push_back(regime.region.margins[k]);
-    return RegimeStart{&regime, at, jump->jumps, slack_of(regime.region, *at, signs, accuracy), undecided};
+    std::vector<double> slack = slack_of(regime.region, *at, signs, accuracy);
+    return RegimeStart{&regime, at, jump->jumps, std::move(slack), undecided, struck};
   } catch (const UserFacing& e) {
     return refused(e.what());
   }

@@ -37,6 +37,7 @@ struct RegimeStart {
   bool jumps;                   ///< x⁺ ≠ x⁻
   std::vector<double> slack;    ///< of each margin: what rounding may take from one that stays 0
   std::vector<Expr> undecided;  ///< margins that are 0 with all derivatives that are known
+  std::vector<Expr> struck;     ///< on the other sides, margins of those that an impulse went through: gaps
 };
 
 /// Some regimes have another index, or fewer degrees of freedom, than the model as a whole; also where an equation
@@ -53,6 +54,8 @@ class Regimes {
   std::uint64_t active(const std::unordered_map<Expr, double>& values) const {
     return choices_.active(values);
   }
+  /// Conditions of a regime that hold also where any one choice has its other side.
+  std::vector<Expr> lasting_conditions(const Regime& regime);
   /// The choices that time, parameters and inputs decide.
   Choices::Decided decided(const StartRequest& request) const;
 
@@ -89,6 +92,9 @@ class Regimes {
 
 /// The model in one region, with all unknowns of the piecewise one.
 ModelPtr region_model(const ModelPtr& model, const Region& region);
+
+/// Time, parameters, inputs and what a request knows of the leaves.
+std::unordered_map<Expr, double> values_before(const Model& model, const StartRequest& request);
 
 /// No margin is negative at a start and just after it.
 bool stays_in(const Region& region, const ConsistentState& start);

@@ -102,6 +102,9 @@ void EventFinder::evaluate(const Point& point, Sample& out) {
       finite_[i] = 1;
       largest_[i] = std::max(largest_[i], std::fabs(out.g[i]));
     }
+  out.blur.assign(events_->size(), 0.0);
+  for (std::size_t i = 0; i < blur_.size(); ++i)  // bodies may have come to touch where their places are 0
+    if (blur_[i] > 0 && std::fabs(last_.g[i]) == tiny && turns_back(i)) out.blur[i] = rounding(i);
   for (std::size_t i = 0; i < ignored_.size(); ++i)
     if (ignored_[i]) {
       out.g[i] = 1;
@@ -211,7 +214,9 @@ double EventFinder::rounding(std::size_t i) {
   }
   double size = 0;
   terms_[i](problem_->values().data(), &size);
-  return std::isfinite(size) ? 8 * eps * size : 0;
+  const double of_sums =
+      turns_back(i) ? rounding_of_solved : 8 * eps;  // steps of two bodies round differently
+  return std::isfinite(size) ? of_sums * size : 0;
 }
 
 /// To rounding: what g changes by in a few ulp of t.
@@ -275,7 +280,7 @@ void EventFinder::start(const Point& point, const std::vector<Crossing>& crossed
   blur_.assign(events_->size(), 0.0);
   for (std::size_t i = 0; i < events_->size(); ++i) {
     if (!beginnings_[i].resumed && !is_zero(i, last_) && !is_invisible(i)) continue;
-    blur_[i] = rounding(i);
+    blur_[i] = turns_back(i) ? std::max(rounding(i), tiny) : rounding(i);
     // friction that begins to slide: the velocity is rounding, and so is its slope
     const bool level = (*events_)[i].surface && std::fabs(last_.slope[i]) * 1e-6 * span_ <= blur_[i];
     last_.g[i] = level || last_.slope[i] == 0 ? 0.0 : std::copysign(tiny, last_.slope[i]);
@@ -284,7 +289,7 @@ void EventFinder::start(const Point& point, const std::vector<Crossing>& crossed
 
 /// The solution began on the border and is still there to rounding.
 bool EventFinder::stays_on_border(std::size_t i, const Sample& a, const Sample& b) const {
-  return blur_[i] > 0 && std::fabs(a.g[i]) == tiny && std::fabs(b.g[i]) <= blur_[i];
+  return blur_[i] > 0 && std::fabs(a.g[i]) == tiny && std::fabs(b.g[i]) <= std::max(blur_[i], b.blur[i]);
 }
 
 /// g may have gone to zero and come back between two samples of one sign: its slopes are too large for a
@@ -425,6 +430,17 @@ void EventFinder::pass(const Hit& hit, Stepper& stepper, const StepView& step) {
   sample(stepper, step, hit.t, Detail::state, last_);
   for (const Crossing& crossing : hit.list)
     last_.g[crossing.which] = std::copysign(tiny, crossing.rising ? 1.0 : -1.0);
+}
+
+bool EventFinder::rests(const Hit& hit, Stepper& stepper, const StepView& step) {
+  for (const Crossing& crossing : hit.list) {
+    if (!turns_back(crossing.which)) return false;
+    const double g = value(stepper, step, crossing.which, last_.t + (hit.t - last_.t) / 2);
+    if (!(std::fabs(g) <= rounding(crossing.which))) return false;
+  }
+  sample(stepper, step, hit.t, Detail::state, last_);
+  for (const Crossing& crossing : hit.list) set_side(crossing.which, crossing.rising ? -1 : 1);
+  return true;
 }
 
 }  // namespace pendula::integrate

@@ -117,11 +117,15 @@ class EventFinder {
   std::optional<Hit> find(Stepper& stepper, const StepView& step);
   /// After a root that changes nothing: go on behind it.
   void pass(const Hit& hit, Stepper& stepper, const StepView& step);
+  /// Conditions of resets that have only been 0 to rounding since the last point looked at, as of bodies that move side
+  /// by side, cross nothing: then the search goes on behind, on the side where they were.
+  bool rests(const Hit& hit, Stepper& stepper, const StepView& step);
 
  private:
   struct Sample {
     double t = 0;
     std::vector<double> g, slope, rate;  ///< rate: radians per time of the sines in g
+    std::vector<double> blur;            ///< rounding of those that the solution began on
     bool exact = true;                   ///< not by a sketch
   };
   static constexpr double tiny = std::numeric_limits<double>::min();  ///< a sign without a size

@@ -99,6 +99,11 @@ std::function<void(Point&, const std::vector<int>&)> reinitialiser(const dae::Mo
     };
     if (std::none_of(inside.begin(), inside.end(), foreign)) conditions.push_back(e);
   }
+  return reinitialiser(conditions, problem);
+}
+
+std::function<void(Point&, const std::vector<int>&)> reinitialiser(const std::vector<Expr>& conditions,
+                                                                   const ProblemPtr& problem) {
   if (conditions.empty()) return {};
   const auto all = std::make_shared<const Conditions>(conditions, *problem);
   return [problem, all](Point& point, const std::vector<int>& reset) {

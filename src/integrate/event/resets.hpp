@@ -19,5 +19,8 @@ std::vector<dae::Constraint> state_conditions(const dae::Model& model);
 std::function<void(Point&, const std::vector<int>&)> reinitialiser(const dae::Model& model,
                                                                    const ProblemPtr& problem,
                                                                    const Substitution& inputs);
+/// The same for these conditions, in the states and parameters of the problem, instead.
+std::function<void(Point&, const std::vector<int>&)> reinitialiser(const std::vector<Expr>& conditions,
+                                                                   const ProblemPtr& problem);
 
 }  // namespace pendula::integrate

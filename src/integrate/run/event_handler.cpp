@@ -72,6 +72,23 @@ const Event* EventHandler::terminating(const EventFinder::Hit& hit) const {
   return nullptr;
 }
 
+/// What was found at one moment is done up to the first reset; others that turn back are left pending: what a reset has
+/// changed is known behind a restart only.
+EventHandler::Applied EventHandler::apply_all(const EventFinder::Hit& hit, Point& point) {
+  Applied done;
+  for (const auto& crossing : hit.list) {
+    if (event_of(crossing).surface) continue;
+    if (done.changed && !done.stop && turns_back(crossing)) {
+      done.pending.push_back(crossing);
+      continue;
+    }
+    const EventReply reply = apply(crossing, point);
+    done.stop = done.stop || reply.stop;
+    done.changed = done.changed || !reply.reset.empty();
+  }
+  return done;
+}
+
 /// True when the step ends at the event, or was taken back.
 bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
   AdaptiveState& s = state_;
@@ -89,6 +106,7 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
   Point point = s.inside(surface && !frozen ? hit.before : hit.t, Detail::full);
   if (surface && s.stepper().is_doubtful() && first_in_step_ && repeated_shorter()) return true;
   if (is_contradictory(hit, point)) {
+    if (s.finder.rests(hit, s.stepper(), s.view)) return false;
     if (first_in_step_ && repeated_shorter()) return true;
     const bool soon = !last_restart_.list.empty() && point.t - last_restart_.t < 1e-6 * s.interval();
     if (soon) {
@@ -107,13 +125,8 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
   point.t = at_end ? s.plan.to : hit.t;
   s.keep(point, may_jump || surface);
   const Point before = point;
-  bool stop = false, changed = false, settle_after = false;
-  for (const auto& crossing : hit.list) {
-    if (event_of(crossing).surface) continue;
-    const EventReply reply = apply(crossing, point);
-    stop = stop || reply.stop;
-    changed = changed || !reply.reset.empty();
-  }
+  bool settle_after = false;
+  auto [stop, changed, pending] = apply_all(hit, point);
   bool begun = false;
   if (!stop && (changed || (surface && !at_end))) {
     restart(point, before, hit);
@@ -132,101 +145,12 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
     s.writer.go_on(point, false);  // held back, but nothing has jumped
   }
   write_records(point);
-  if (settle_after && settle(&before)) stop = true;
+  if (settle_after && settle(&before, pending)) stop = true;
   if (stop) outcome.ending = Ending::event;
   if (!stop && at_end) outcome.ending = Ending::finished;
   const bool ends_step = stop || changed || surface || at_end;
   if (!ends_step) s.finder.pass(hit, s.stepper(), s.view);
   return ends_step;
-}
-
-/// The first event of direction ±2 whose condition is beyond its root where the run stands.
-std::optional<int> EventHandler::overdue() const {
-  const std::vector<Event>& events = state_.plan.events.list;
-  for (std::size_t i = 0; i < events.size(); ++i) {
-    if (std::abs(events[i].direction) < 2) continue;
-    const double g = state_.finder.values()[i];
-    const double beyond = events[i].direction > 0 ? g : -g;
-    if (events[i].stop ? beyond > 0 : beyond >= 0) return static_cast<int>(i);
-  }
-  return {};
-}
-
-EventHandler::AtRoots EventHandler::at_roots(const Point& before, const Point& here) {
-  constexpr double close = 1e-12;  // of what a condition would change by in the time of the run
-  const std::vector<Event>& events = state_.plan.events.list;
-  AtRoots roots{std::vector<double>(events.size(), NAN), std::vector<char>(events.size(), 0), 0};
-  for (int k = 0; k < 2; ++k)
-    for (std::size_t i = 0; i < events.size(); ++i) {
-      const Event& event = events[i];
-      if (event.surface || !event.termination_reason.empty() || std::abs(event.direction) != 1) continue;
-      const double slope = state_.finder.slope(static_cast<int>(i), before);
-      if (k == 0) {
-        const double behind = state_.finder.slope(static_cast<int>(i), here);
-        roots.fastest = std::max({roots.fastest, std::fabs(slope), std::fabs(behind)});
-        continue;
-      }
-      const double size = roots.fastest * std::max(state_.interval(), std::fabs(here.t));
-      const auto value = [&](const Point& point) {
-        return state_.solution->values({&event.when, 1}, point)[0];
-      };
-      if (std::fabs(value(before)) <= close * size && std::fabs(value(here)) <= close * size)
-        roots.slopes[i] = slope;
-    }
-  return roots;
-}
-
-/// The first event whose condition was at rest at its root, and leaves it in the event's direction since a reset: the third
-/// ball of Newton's cradle touches the second, which the first has just hit.
-std::optional<int> EventHandler::sent_across(AtRoots& roots, const Point& here) {
-  constexpr double at_rest = 1e-6;  // of a slope behind the reset
-  constexpr double least = 1e-10;   // of the fastest: blows that send each other back end
-  std::optional<int> first;
-  for (std::size_t i = 0; i < roots.slopes.size(); ++i) {
-    if (std::isnan(roots.slopes[i])) continue;
-    const double slope = state_.finder.slope(static_cast<int>(i), here);
-    const bool leaves = slope * state_.plan.events.list[i].direction > least * roots.fastest;
-    if (!leaves || std::fabs(roots.slopes[i]) <= at_rest * std::fabs(slope)) roots.waits[i] = 1;
-    if (leaves && roots.waits[i] && !first) first = static_cast<int>(i);
-  }
-  if (first) roots.slopes[*first] = roots.fastest;  // it has left its root once
-  if (first) roots.waits[*first] = 0;
-  return first;
-}
-
-bool EventHandler::settle(const Point* last) {
-  constexpr int most = 1000;  // events at one time
-  std::optional<AtRoots> roots;
-  for (int count = 0;; ++count) {
-    if (state_.finder.empty()) return false;
-    Point point = state_.stepper().here();
-    auto which = overdue();
-    if (!which && last && !roots) roots = at_roots(*last, point);
-    if (!which && roots) which = sent_across(*roots, point);
-    if (!which) return false;
-    const Event& event = state_.plan.events.list[*which];
-    if (count == most)
-      throw Failure(text("at t = ", rounded(point.t, 8),
-                         " events set each other off without end; one of them is ", to_text(event.when),
-                         " = 0"));
-    const Point before = point;
-    const EventFinder::Crossing crossing{*which, event.direction > 0, 0};
-    state_.keep(point, true);
-    const EventReply reply = apply(crossing, point);
-    if (reply.stop) {
-      write_records(point);
-      return true;
-    }
-    if (reply.reset.empty()) {
-      records_.clear();
-      return false;
-    }
-    restart(point, before, {point.t, point.t, {crossing}});
-    point = state_.stepper().here();
-    state_.history->begin(point);
-    state_.writer.begin(point);
-    write_records(point);
-  }
 }
 
 /// The condition falls by the continuous extension while it rises by the equations, or the reverse, and a reset
@@ -329,6 +253,9 @@ bool EventHandler::repeated(double dt) {
 /// What an event asks for, done to the point.
 EventReply EventHandler::apply(const EventFinder::Crossing& crossing, Point& point) {
   const Event& event = event_of(crossing);
+  const auto which = static_cast<std::size_t>(crossing.which);
+  if (happened_.size() <= which) happened_.resize(which + 1, -std::numeric_limits<double>::infinity());
+  happened_[which] = point.t;
   EventReply reply;
   if (event.call) reply = event.call(point);
   for (const auto& [state, value] : event.reset)
@@ -355,11 +282,12 @@ void EventHandler::reset(Point& point, const std::vector<std::pair<Expr, double>
   if (state_.plan.events.reinitialise) state_.plan.events.reinitialise(point, changed);
 }
 
-void EventHandler::restart(const Point& point, const Point& before, const EventFinder::Hit& hit) {
+void EventHandler::restart(const Point& point, const Point& before, const EventFinder::Hit& hit,
+                           Moment moment) {
   last_restart_ = hit;
   last_restart_.t = point.t;
   modes_.count(hit.list, point);
-  check_accumulation(point, hit);
+  if (moment == Moment::later) check_accumulation(point, hit);
   // where x′ is continuous, its derivatives with respect to parameters are
   const bool follows = state_.problem->n() > state_.problem->shown_n() && !modes_.is_continuous(hit.list);
   const double slope = follows ? state_.finder.slope(hit.list.front().which, before) : 0;

@@ -13,6 +13,9 @@
 
 namespace pendula::integrate {
 
+/// What stats().not_unique says of events at one moment.
+std::string order_remark(double t, Expr when);
+
 class EventHandler {
  public:
   /// Requires that all of them outlive it.
@@ -25,8 +28,9 @@ class EventHandler {
 
   /// After a start or a restart: events of direction ±2 whose condition is beyond its root already happen now,
   /// one after the other, and those that a reset sends across their roots; true where one of them ends the run. Throws
-  /// Failure where they set each other off without end. before: the point before the last reset, if there was one.
-  bool settle(const Point* before = nullptr);
+  /// Failure where they set each other off without end. before: the point before the last reset, if there was one;
+  /// pending: what was found at the same moment, and comes first.
+  bool settle(const Point* before = nullptr, std::vector<EventFinder::Crossing> pending = {});
 
   /// Begins anew at a point where the equations or the states have jumped.
   void begin_again(const Point& point, const ModeTracker::Crossings& crossed);
@@ -55,19 +59,36 @@ class EventHandler {
   bool end_before(const EventFinder::Hit& hit, const Event& event, RunOutcome& outcome);
   bool is_contradictory(const EventFinder::Hit& hit, const Point& point);
   Failure accumulation(const Event& event) const;
-  std::optional<int> overdue() const;
 
   /// Conditions that were at their roots where the first of several resets at one time happened.
   struct AtRoots {
     std::vector<double> slopes;  ///< before the resets; NaN: not at a root
     std::vector<char> waits;     ///< has since been at rest, or on the side that the event comes from
+    std::vector<char> comes;     ///< has come to its root at this moment, and not happened since
     double fastest = 0;          ///< of all slopes, what others are measured by
   };
   AtRoots at_roots(const Point& before, const Point& here);
-  std::optional<int> sent_across(AtRoots& roots, const Point& here);
+  bool is_at_root(std::size_t i, const Point& point, double fastest) const;
+  std::optional<int> overdue(const std::vector<char>& happened, const AtRoots* roots, const Point& here);
+  std::optional<int> sent_across(AtRoots& roots, const Point& here, bool only_look);
+  void remark_order(int which, AtRoots& roots, const Point& here);
+  bool is_thrown_back(const EventFinder::Crossing& crossing, const Point& here, double fastest);
+  bool turns_back(const EventFinder::Crossing& crossing) const {
+    return event_of(crossing).call || !event_of(crossing).reset.empty();
+  }
+  struct Applied {
+    bool stop = false, changed = false;
+    std::vector<EventFinder::Crossing> pending;
+  };
+  Applied apply_all(const EventFinder::Hit& hit, Point& point);
   EventReply apply(const EventFinder::Crossing& crossing, Point& point);
   void reset(Point& point, const std::vector<std::pair<Expr, double>>& values);
-  void restart(const Point& point, const Point& before, const EventFinder::Hit& hit);
+  enum class Moment {
+    later,
+    same
+  };  ///< than the last event: those at one time, which settle() counts, do not accumulate
+  void restart(const Point& point, const Point& before, const EventFinder::Hit& hit,
+               Moment moment = Moment::later);
   bool arrives(const Point& point, const Point& before, const EventFinder::Hit& hit);
   void check_accumulation(const Point& point, const EventFinder::Hit& hit);
   void follow_sensitivities(const Point& before, const EventFinder::Hit& hit, double slope);
@@ -81,6 +102,7 @@ class EventHandler {
   double last_accumulation_ = -std::numeric_limits<double>::infinity();  ///< that ended on a border
   bool first_in_step_ = true;                                            ///< no event so far in the step
   int last_event_ = -1, since_event_ = 0;  ///< the user's last event; restarts since then
+  std::vector<double> happened_;           ///< by event: when it did last
   std::vector<EventRecord> records_;       ///< of the events at one time
   EventFinder::Hit last_restart_;
 };

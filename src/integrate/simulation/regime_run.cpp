@@ -7,8 +7,10 @@
 #include "dae/model/lineage.hpp"
 #include "dae/start/regime_jump.hpp"
 #include "dae/start/regimes.hpp"
+#include "expr/print/print.hpp"
 #include "integrate/event/zeno_detector.hpp"
 #include "integrate/simulation/problem_setup.hpp"
+#include "integrate/simulation/regime_blows.hpp"
 #include "integrate/simulation/run_parts.hpp"
 
 namespace pendula::integrate {
@@ -16,13 +18,75 @@ namespace {
 
 constexpr long most_regimes = 100'000;
 
+/// The values, or what they have been before where that was more.
+dae::Sizes sizes_with(const dae::PointValues& values, const std::unordered_map<Expr, double>& before) {
+  dae::Sizes sizes{values};
+  for (const auto& [leaf, size] : before)
+    if (const auto at = sizes.of.find(leaf); at != sizes.of.end())
+      at->second = std::max(std::fabs(at->second), size);
+  return sizes;
+}
+
+dae::PointValues values_at(const Solution& solution, const Point& point, Expr e) {
+  dae::PointValues values;
+  values[time_symbol()] = point.t;
+  const std::vector<Expr> inside = leaves({&e, 1});
+  const Vec there = solution.values(inside, point);
+  for (std::size_t k = 0; k < inside.size(); ++k) values[inside[k]] = there[static_cast<Eigen::Index>(k)];
+  return values;
+}
+
+/// The start of a regime in the unknowns of its form.
+dae::ConsistentStatePtr translated(const dae::ConsistentStatePtr& at, const dae::ModelPtr& form) {
+  if (at->model == form) return at;
+  auto there = std::make_shared<dae::ConsistentState>(*at);
+  there->model = form;
+  for (const auto& list : {form->states(), form->top_derivatives(), form->algebraic()})
+    for (Expr leaf : list)
+      if (const auto value = at->value_for(*form, leaf)) there->values[leaf] = *value;
+  return there;
+}
+
+/// Of the values that a piece ends with: the largest rtol, and the sizes below which atol is what counts.
+dae::Regimes::Tolerance tolerance_of(const dae::Model& model, const Simulation& simulation) {
+  const ToleranceRequest &relative = simulation.rtol, &absolute = simulation.atol;
+  dae::Regimes::Tolerance known{relative.all.value_or(1e-6), {}};
+  const double usual = absolute.all.value_or(1e-3 * known.rtol);
+  for (const auto& [leaf, value] : relative.some) known.rtol = std::max(known.rtol, value);
+  for (double value : relative.list) known.rtol = std::max(known.rtol, value);
+  if (known.rtol <= 0) return {};
+  for (const auto& list : {model.states(), model.algebraic()})
+    for (Expr leaf : list) {
+      const std::size_t i = known.least.size();
+      double atol = i < absolute.list.size() ? absolute.list[i] : usual;
+      for (const auto& [some, value] : absolute.some)
+        if (dae::resolve(model, some) == leaf) atol = value;
+      known.least.emplace_back(leaf, atol / known.rtol);
+    }
+  return known;
+}
+
+Error none_goes_on(double t, const std::string& why) {
+  return Error(text("at the start, t = ", rounded(t, 6), ", no regime of this piecewise model goes on from ",
+                    "these values.", why));
+}
+
+std::string not_shared(Expr law) {
+  return text(
+      "an impact goes on through the contact ", to_text(law), ", for which an event names a law, while ",
+      "another contact that it goes through has none: the model does not tell how they share it. Give ",
+      "every contact that they touch an event with a reset, or none");
+}
+
 class RegimeRun {
  public:
   RegimeRun(const dae::ModelPtr& model, const Simulation& simulation)
       : model_(model),
         simulation_(simulation),
+        tolerance_(tolerance_of(*model, simulation)),
         regimes_(model),
         whole_(model, simulation, leaves_of(*make_problem(model, simulation))),
+        blows_(model, simulation, regimes_),
         t_(simulation.plan.from) {}
 
   TrajectoryPtr run() {
@@ -31,14 +95,14 @@ class RegimeRun {
       for (Expr leaf : list)
         if (const auto value = simulation_.start->value_for(*model_, leaf)) values_[leaf] = *value;
     auto next = regimes_.enter(request(), regimes_.active(simulation_.start->values), {}, why, {});
-    if (!next) throw none_goes_on(why);
+    if (!next) throw none_goes_on(t_, why);
     RunOutcome outcome;
     for (long k = 0; next; ++k) {
       outcome = piece(*next);
       if (strays_) {  // from here on another regime holds
         next = was_here_ ? std::nullopt
                          : regimes_.enter(request(), next->regime->choice, next->regime->choice, why, {});
-        if (!next && whole_.pieces().empty()) throw none_goes_on(why);
+        if (!next && whole_.pieces().empty()) throw none_goes_on(t_, why);
         if (!next) outcome = stopped_at(t_, "no regime of this piecewise model goes on from here." + why);
         was_here_ = true;
         continue;
@@ -47,7 +111,7 @@ class RegimeRun {
       const bool stuck = outcome.ending == Ending::stopped;  // where events accumulate, for example
       if (t_ >= simulation_.plan.to && (left_ || outcome.ending == Ending::finished)) {
         outcome = {Ending::finished, ""};
-        arrive(*next);
+        if (left_ || is_near_border(*whole_.pieces().last().solution, *next)) arrive(*next->regime);
       }
       if ((!left_ && !stuck) || outcome.ending == Ending::finished || k == most_regimes) break;
       why.clear();
@@ -56,25 +120,23 @@ class RegimeRun {
       const bool accumulates = zeno_.add(t_, whole_.stats().steps, interval) || stuck;
       if (accumulates) zeno_ = {};
       next =
-          regimes_.enter(request(), here, accumulates ? std::optional(here) : std::nullopt, why, tolerance());
+          regimes_.enter(request(), here, accumulates ? std::optional(here) : std::nullopt, why, tolerance_);
       if (!next && !stuck)
         outcome = stopped_at(t_, "no regime of this piecewise model goes on from here." + why);
+      if (next && !accumulates && is_shared(*next, outcome)) next.reset();
     }
     return whole_.finish(outcome);
   }
 
  private:
-  Error none_goes_on(const std::string& why) const {
-    return Error(text("at the start, t = ", rounded(t_, 6),
-                      ", no regime of this piecewise model goes on from ", "these values.", why));
-  }
-
   /// Integrates in one regime; left_: it ended where the regime does.
   RunOutcome piece(const dae::RegimeStart& start) {
     const dae::Regime& regime = *start.regime;
+    struck_ = false;
     Simulation part = simulation_;
     part.plan.from = t_;
     part.plan.times.reset();
+    part.events = blows_.events_in(regime);
     const std::size_t asked = part.events.size();
     for (std::size_t i = 0; i < regime.region.margins.size(); ++i) {
       ModelEvent end;
@@ -93,24 +155,47 @@ class RegimeRun {
             std::any_of(events.begin(), events.end(), [&](const EventRecord& e) {
               return static_cast<std::size_t>(e.which) >= asked && e.t == events.back().t;
             });
-    if (solution->ending() == Ending::event && stops_by_user(events, asked)) left_ = false;
+    if (solution->ending() == Ending::event && stops_by_user(events)) left_ = false;
     add(regime, solution, asked);
     const int apart = 1 + solution->size() / 100;
     for (int i = 0; i < solution->size(); i += apart) measure(whole_.pieces().translated(solution->point(i)));
     const Point end = whole_.pieces().translated(solution->final());
     remember(end);
-    return solution->outcome();
+    RunOutcome outcome = solution->outcome();
+    if (outcome.ending == Ending::event) strike(regime, events, outcome);
+    return outcome;
   }
 
-  /// The run ends at `to`: where a regime ends there as well, the values are those of the next one. Where none goes on,
-  /// none has to.
-  void arrive(const dae::RegimeStart& last) {
-    const dae::Regime& regime = *last.regime;
+  /// What events that have ended the piece ask for.
+  void strike(const dae::Regime& regime, const std::vector<EventRecord>& events, RunOutcome& outcome) {
+    std::vector<Blows::Blow> blows;
+    try {
+      blows = blows_.settle(events, regime, request(), measures(), values_);
+    } catch (const Failure& e) {
+      left_ = false;
+      outcome = stopped_at(t_, e.what());
+    }
+    if (!blows_.remark().empty() && whole_.solution().not_unique().empty())
+      whole_.solution().set_not_unique(blows_.remark());
+    struck_ = !blows.empty();
+    for (const Blows::Blow& blow : blows) {
+      left_ = !blow.stop;
+      const bool resets = blow.before != blow.after;
+      whole_.solution().add_event({t_, blow.which,
+                                   blow.stop ? "stop"
+                                   : resets  ? "reset"
+                                             : "",
+                                   point_of(blow.before), point_of(blow.after)});
+    }
+    if (struck_ && !left_ && outcome.ending == Ending::event) arrive(regime);
+  }
+
+  /// The run ends where a regime ends as well: the values are those of the next one. Where none goes on, none has to.
+  void arrive(const dae::Regime& regime) {
     const Solution& ended = *whole_.pieces().last().solution;
-    if (!left_ && !is_near_border(ended, last)) return;
     std::string why;
-    const auto next = regimes_.enter(request(), regime.choice, {}, why, tolerance());
-    if (!next || (!next->jumps && next->regime->choice == regime.choice)) return;
+    const auto next = regimes_.enter(request(), regime.choice, {}, why, tolerance_);
+    if (!next || (!next->jumps && !struck_ && next->regime->choice == regime.choice)) return;
     Simulation part = simulation_;
     part.plan.from = t_;
     part.start = translated(next->at, next->regime->form);
@@ -129,28 +214,16 @@ class RegimeRun {
       const Expr margin = dae::resolve(*start.regime->form, start.regime->region.margins[i]);
       if (start.slack[i] > 0) continue;
       const dae::PointValues values = values_at(ended, ended.final(), margin);
-      dae::Sizes sizes{values};
-      for (const auto& [leaf, size] : sizes_)
-        if (const auto at = sizes.of.find(leaf); at != sizes.of.end())
-          at->second = std::max(std::fabs(at->second), size);
-      if (dae::value_at(margin, values) <= near * dae::size_of(margin, values, sizes)) return true;
+      if (dae::value_at(margin, values) <= near * dae::size_of(margin, values, sizes_with(values, sizes_)))
+        return true;
     }
     return false;
-  }
-
-  static dae::PointValues values_at(const Solution& solution, const Point& point, Expr e) {
-    dae::PointValues values;
-    values[time_symbol()] = point.t;
-    const std::vector<Expr> inside = leaves({&e, 1});
-    const Vec there = solution.values(inside, point);
-    for (std::size_t k = 0; k < inside.size(); ++k) values[inside[k]] = there[static_cast<Eigen::Index>(k)];
-    return values;
   }
 
   void add(const dae::Regime& regime, const SolutionPtr& solution, std::size_t shown) {
     if (const std::string where = text(regime.region.where, " (index ", regime.index, ")"); where != regime_)
       whole_.solution().add_regime({t_, regime_ = where});
-    whole_.add({regime.form, solution, t_, true}, shown);
+    whole_.add({regime.form, solution, t_, true, blows_.deferred()}, shown);
   }
 
   /// A margin that is 0 where the piece begins, with all derivatives that are known there, is negative behind: what
@@ -167,8 +240,12 @@ class RegimeRun {
       const std::vector<Expr> inside = leaves({&margin, 1});
       const Vec there = solution.values(inside, point);
       for (std::size_t k = 0; k < inside.size(); ++k) values[inside[k]] = there[static_cast<Eigen::Index>(k)];
-      const double size = dae::size_of(margin, values, {values});
-      if (dae::value_at(margin, values) < -visible * tolerance().rtol * size) return true;
+      dae::Sizes sizes{values};
+      for (const auto& [leaf, least] : tolerance_.least)
+        if (const auto known = sizes.of.find(leaf); known != sizes.of.end())
+          known->second = std::max(std::fabs(known->second), least);
+      const double size = dae::size_of(margin, values, sizes);
+      if (dae::value_at(margin, values) < -visible * tolerance_.rtol * size) return true;
     }
     return false;
   }
@@ -181,10 +258,29 @@ class RegimeRun {
     return false;
   }
 
-  static bool stops_by_user(const std::vector<EventRecord>& events, std::size_t asked) {
+  bool stops_by_user(const std::vector<EventRecord>& events) const {
     return std::any_of(events.begin(), events.end(), [&](const EventRecord& e) {
-      return static_cast<std::size_t>(e.which) < asked && e.action == "stop";
+      const auto which = static_cast<std::size_t>(e.which);
+      return which < blows_.deferred().size() && !blows_.deferred()[which] && e.action == "stop";
     });
+  }
+
+  /// An impulse goes through a contact for which an event names a law, beside one that has none.
+  bool is_shared(const dae::RegimeStart& next, RunOutcome& outcome) const {
+    const Expr law = blows_.struck_despite_law(next, request(), measures());
+    if (law.is_zero()) return false;
+    outcome = stopped_at(t_, not_shared(law));
+    return true;
+  }
+
+  dae::Sizes measures() const { return {sizes_}; }
+
+  Point point_of(const Blows::Values& values) const {
+    const std::vector<Expr>& leaves = whole_.leaves();
+    const auto n = static_cast<Eigen::Index>(model_->states().size());
+    Vec all(static_cast<Eigen::Index>(leaves.size()));
+    for (std::size_t i = 0; i < leaves.size(); ++i) all[static_cast<Eigen::Index>(i)] = values.at(leaves[i]);
+    return {t_, all.head(n), all.segment(n, n), all.tail(all.size() - 2 * n)};
   }
 
   /// What values of the leaves are measured by from now on.
@@ -217,45 +313,18 @@ class RegimeRun {
     return request;
   }
 
-  /// The start of a regime in the unknowns of its form.
-  static dae::ConsistentStatePtr translated(const dae::ConsistentStatePtr& at, const dae::ModelPtr& form) {
-    if (at->model == form) return at;
-    auto there = std::make_shared<dae::ConsistentState>(*at);
-    there->model = form;
-    for (const auto& list : {form->states(), form->top_derivatives(), form->algebraic()})
-      for (Expr leaf : list)
-        if (const auto value = at->value_for(*form, leaf)) there->values[leaf] = *value;
-    return there;
-  }
-
-  /// Of the values that a piece ends with: the largest rtol, and the sizes below which atol is what counts.
-  dae::Regimes::Tolerance tolerance() const {
-    const ToleranceRequest &relative = simulation_.rtol, &absolute = simulation_.atol;
-    dae::Regimes::Tolerance known{relative.all.value_or(1e-6), {}};
-    const double usual = absolute.all.value_or(1e-3 * known.rtol);
-    for (const auto& [leaf, value] : relative.some) known.rtol = std::max(known.rtol, value);
-    for (double value : relative.list) known.rtol = std::max(known.rtol, value);
-    if (known.rtol <= 0) return {};
-    for (const auto& list : {model_->states(), model_->algebraic()})
-      for (Expr leaf : list) {
-        const std::size_t i = known.least.size();
-        double atol = i < absolute.list.size() ? absolute.list[i] : usual;
-        for (const auto& [some, value] : absolute.some)
-          if (dae::resolve(*model_, some) == leaf) atol = value;
-        known.least.emplace_back(leaf, atol / known.rtol);
-      }
-    return known;
-  }
-
   dae::ModelPtr model_;
   const Simulation& simulation_;
+  const dae::Regimes::Tolerance tolerance_;
   dae::Regimes regimes_;
   SolutionInParts whole_;
+  Blows blows_;
   std::unordered_map<Expr, double> values_;  ///< of the model's leaves, where the next piece begins
   std::unordered_map<Expr, double> sizes_;   ///< the largest they have been
   double t_;
   std::string regime_;
   bool left_ = false;
+  bool struck_ = false;                     ///< events have changed the states since the last piece
   bool strays_ = false, was_here_ = false;  ///< the last piece was in a wrong regime; the one before, too
   ZenoDetector zeno_;
 };

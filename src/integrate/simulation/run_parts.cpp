@@ -188,6 +188,7 @@ void SolutionInParts::save_times(double end) {
 void SolutionInParts::add(RunPart piece, std::size_t shown) {
   const SolutionPtr solution = piece.solution;
   const bool may_jump = piece.may_jump;
+  const std::vector<char> deferred = piece.deferred;
   std::optional<Point> before;
   if (!pieces_->empty()) before = pieces_->translated(pieces_->last().solution->final());
   pieces_->add(std::move(piece));
@@ -196,7 +197,8 @@ void SolutionInParts::add(RunPart piece, std::size_t shown) {
     merged_->save(pieces_->translated(solution->point(i)));
   save_times(solution->t().back() - rounding_of_times());
   for (EventRecord event : solution->events()) {
-    if (static_cast<std::size_t>(event.which) >= shown) continue;
+    const auto which = static_cast<std::size_t>(event.which);
+    if (which >= shown || (which < deferred.size() && deferred[which] && event.action == "stop")) continue;
     event.before = pieces_->translated(event.before);
     event.after = pieces_->translated(event.after);
     merged_->add_event(event);

@@ -28,6 +28,7 @@ struct RunPart {
   SolutionPtr solution;
   double from = 0;
   bool may_jump = false;  ///< its first point is part of the solution, where it is another one than the last
+  std::vector<char> deferred;  ///< by event: where it stops the part, the caller records it
 };
 
 /// Times between saved points are asked of the piece they belong to.

@@ -1,0 +1,77 @@
+// Resets while contacts hold. The form of a regime in which bodies move together knows them as one, so that what is given to
+// one would be given to all: such events end the piece, and what they ask for is done to the states of the model as it was
+// written. Conditions of other events that rest at their roots may be sent across by that: they happen at the same moment,
+// one after the other (Newton's cradle). What is broken then is left to the impulses of the next regime (dae/start/regimes).
+#pragma once
+
+#include "dae/start/regime_jump.hpp"
+#include "dae/start/regimes.hpp"
+#include "integrate/simulation/simulate.hpp"
+
+namespace pendula::integrate {
+
+class Blows {
+ public:
+  using Values = std::unordered_map<Expr, double>;
+  struct Blow {
+    int which;
+    bool stop;
+    Values before, after;
+  };
+
+  /// Requires that simulation and regimes outlive it.
+  Blows(dae::ModelPtr model, const Simulation& simulation, dae::Regimes& regimes);
+
+  /// The user's events for a piece in this regime. Where its states obey conditions, those that reset states end it.
+  std::vector<ModelEvent> events_in(const dae::Regime& regime);
+  /// By event: it ends the piece, see events_in().
+  const std::vector<char>& deferred() const { return deferred_; }
+
+  /// The events of the last moment of a piece that ended by them. request: what is known there; values: of the leaves of
+  /// the model, before and after. Throws Failure where events set each other off without end.
+  std::vector<Blow> settle(const std::vector<EventRecord>& events, const dae::Regime& regime,
+                           const dae::StartRequest& request, const dae::Sizes& sizes, Values& values);
+
+  /// That events at one moment may depend on their order; empty: none did.
+  const std::string& remark() const { return remark_; }
+
+  /// The condition of an event that resets states at a contact through which an impulse of the start goes, as far as this one
+  /// knows no law: the equations do not tell how both act together. 0 if there is none.
+  Expr struck_despite_law(const dae::RegimeStart& start, const dae::StartRequest& request,
+                          const dae::Sizes& sizes) const;
+
+ private:
+  struct AtRoots {
+    std::vector<double> slopes;  ///< before the resets; NaN: not at a root
+    std::vector<char> waits;     ///< has since been at rest, or on the side that the event comes from
+    std::vector<char> comes;     ///< has come to its root at this moment, and not happened since
+    double fastest = 0;
+  };
+  Values all(const Values& values) const;
+  Vec gradient_of(Expr e, const std::vector<Expr>& x, const Values& at) const;
+  std::optional<double> slope(Expr when, const Values& at) const;
+  bool is_at_root(Expr when, const Values& at, const dae::Sizes& sizes, double fastest) const;
+  AtRoots at_roots(const Values& before, const Values& here, const dae::Sizes& sizes) const;
+  std::optional<int> sent_across(AtRoots& roots, const Values& here, bool only_look);
+  void remark_order(int which, AtRoots& roots, const Values& here);
+  bool is_thrown_back(int which, const Values& before, const Values& here, const dae::Sizes& sizes,
+                      double fastest) const;
+  EventReply reply_to_blow(int which, std::size_t count) const;
+  std::optional<int> overdue(const Values& here, const dae::Sizes& sizes, const AtRoots& roots) const;
+  Blow apply(int which, const EventReply& reply, const dae::Regime& regime, Values& values);
+  void keep_lasting(const dae::Regime& regime, const std::vector<Expr>& reset, Values& values);
+
+  dae::ModelPtr model_;
+  const Simulation& simulation_;
+  dae::Regimes& regimes_;
+  std::vector<Expr> when_;  ///< by event, in leaves of the model
+  std::vector<char> deferred_;
+  std::vector<EventReply> replies_;  ///< by event: what its call asked for
+  std::vector<double> happened_;     ///< by event: when it did last
+  Values known_;                     ///< time, parameters, inputs
+  dae::FirstOrder form_;             ///< of the regime
+  double interval_ = 0;
+  std::string remark_;
+};
+
+}  // namespace pendula::integrate
