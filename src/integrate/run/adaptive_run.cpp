@@ -80,7 +80,8 @@ class AdaptiveRun {
         domain_(*state_.problem, state_.plan.guards, state_.plan.tolerances, state_.plan.check_singularities),
         peaks_(*state_.problem, state_.plan.tolerances, state_.problem->is_ode()),
         standstill_(*state_.problem, state_.plan.tolerances, state_.plan.events.list),
-        rounding_(*state_.problem, state_.plan.tolerances, state_.plan.variable_index),
+        rounding_(*state_.problem, state_.plan.tolerances, state_.plan.variable_index,
+                  state_.plan.has_chains),
         is_explicit_(method.family && method.family->is_explicit) {}
 
   std::shared_ptr<Solution> solution() { return state_.solution; }
@@ -162,7 +163,7 @@ class AdaptiveRun {
     const bool done = stepper().here().t >= plan().to, at_break = stepper().here().t >= state_.end;
     state_.keep(stepper().here(), at_break && (!done || breaks_.are_at_end()));
     standstill_.after(stepper().here(), plan().to - stepper().here().t);
-    if (!stepper().is_explicit() && rounding_.wants(state_.stats().steps))
+    if ((plan().has_chains || !stepper().is_explicit()) && rounding_.wants(state_.stats().steps))
       rounding_.after(*state_.problem, stepper().before(), stepper().here(), state_.stats().steps);
     if (const auto stop = monitors_.after({stepper().before(), stepper().here(), done, state_.stats()}))
       return stop_at(*stop, outcome);

@@ -77,15 +77,15 @@ class StepMatrix {
 }  // namespace
 
 RoundingWatch::RoundingWatch(const Problem& problem, const Tolerances& tolerances,
-                             const std::vector<int>& variable_index)
-    : tolerances_(tolerances) {
+                             const std::vector<int>& variable_index, bool everywhere)
+    : tolerances_(tolerances), next_(everywhere ? 1 : 8) {
   constexpr int many = 300;
   constexpr double tight = 1e-7;
   const int size = problem.n() + problem.m();
   const bool low_index =
       std::all_of(variable_index.begin(), variable_index.end(), [](int i) { return i == 1; });
   active_ = low_index && size > 0 && size <= many && !problem.has_dense_jacobian() &&
-            tolerances.rtol.size() == size && tolerances.rtol.minCoeff() < tight;
+            tolerances.rtol.size() == size && (everywhere || tolerances.rtol.minCoeff() < tight);
 }
 
 void RoundingWatch::after(Problem& problem, const Point& before, const Point& here, long steps) {

@@ -10,14 +10,16 @@
 
 namespace pendula::integrate {
 
-/// Looks at steps 8, 16, 32, … of models of index 0 and 1 with up to some hundred unknowns, where tolerances are tight.
+/// Looks at steps 8, 16, 32, … of models of index 0 and 1 with up to some hundred unknowns, where tolerances are tight; at
+/// step 1, 2, 4, … and at any tolerance where `everywhere`.
 /// The effect of rounding errors of a residual in a step is propagated by the linearised equations.
 class RoundingWatch {
  public:
-  RoundingWatch(const Problem& problem, const Tolerances& tolerances, const std::vector<int>& variable_index);
+  RoundingWatch(const Problem& problem, const Tolerances& tolerances, const std::vector<int>& variable_index,
+                bool everywhere);
 
   bool wants(long steps) const { return active_ && steps >= next_; }
-  /// After a step of an implicit method. Cost: one Jacobian, two factorisations, nine solutions.
+  /// After a step. Cost: one Jacobian, two factorisations, nine solutions.
   void after(Problem& problem, const Point& before, const Point& here, long steps);
   /// The line of stats() at the end of a run; empty: rounding errors are harmless.
   std::string remark(Problem& problem, const Point& end) const;
@@ -25,7 +27,7 @@ class RoundingWatch {
  private:
   Tolerances tolerances_;
   bool active_;
-  long last_ = 0, next_ = 8;
+  long last_ = 0, next_;
   double t_ = 0;               ///< of the last look
   std::vector<double> error_;  ///< of (x, z), there
 };

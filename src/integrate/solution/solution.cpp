@@ -159,7 +159,7 @@ std::string Solution::str() const {
                          : text("  states in use switched ", switches, switches == 1 ? " time" : " times",
                                 " (sol:switches()), at the end: ", states_in_use_.back().states, "\n");
   std::string errors = errors_text().empty() ? "" : "  " + errors_text();
-  for (const std::string& remark : {not_unique_, untested_})
+  for (const std::string& remark : {rounding_, not_unique_, untested_})
     if (!remark.empty()) errors += "  " + remark + "\n";
   return text("solution by ", method_, step, ": ", stats_.steps, stats_.steps == 1 ? " step" : " steps",
               " from t = ", rounded(t().front(), 6), " to ", rounded(end.t, 6), ", ", status(), "\n", errors,

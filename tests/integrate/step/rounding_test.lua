@@ -80,3 +80,46 @@ test("rounding of t does not stop bdf where an algebraic unknown passes 0", func
     for _, atol in ipairs { 1e-12, 1e-13 } do expect(run("bdf", atol)):near(exact, 1e-7) end
   end
 end)
+
+test("form array: what its chains of derivatives lose is said, at any tolerance", function()
+  -- T N y′ = y + f e₁ with nilpotent blocks, index 4, multiplied by unimodular matrices: x₁ = -sin t, and
+  -- only derivatives of order 4 contain f. With T = 10⁶ the others are differences of larger numbers.
+  local left = {
+    { 8, 1, 4, 2, 0, -10, -2, 0, 0, 4 }, { 0, 1, -7, 0, 0, 6, 3, 0, -2, 0 },
+    { -4, 0, 0, -1, 0, 4, 0, 0, 0, -2 },
+    { 0, -2, 0, 2, 0, -1, 1, 0, 0, 2 }, { 0, 0, -4, 0, 0, 3, 2, 0, -1, 0 },
+    { 8, 0, -9, -4, 0, -2, 6, 0, -2, -2 },
+    { 0, 0, 0, 2, 0, 0, 0, 0, 0, 2 }, { 0, 0, -2, 0, 0, 1, 1, 0, 0, 0 },
+    { 0, 0, 0, 3, 0, 0, 0, 0, 0, 3 },
+    { 0, 0, 0, -2, 0, 0, 0, 0, 0, -2 } }
+  local right = {
+    { 1, -2, -2, -2, -2, -1, 2, -2, -1, -6 }, { 0, 1, 0, 6, 6, 0, 0, 4, 0, 18 },
+    { 0, 1, 1, 0, 0, 0, -1, 0, 0, 0 },
+    { -4, -2, -4, -2, -1, 4, 2, -1, 2, -5 }, { 0, 0, 0, 3, 3, 0, 0, 2, 0, 9 },
+    { -16, 0, 14, 0, 6, 17, -10, 4, -7, 8 },
+    { 8, 0, -5, 2, 0, -8, 4, 0, 2, 4 }, { 0, 0, 0, 1, 1, 0, 0, 1, 0, 3 },
+    { 8, 0, -7, 2, 0, -8, 5, 0, 3, 4 },
+    { -8, 0, 5, -1, 0, 8, -4, 0, -2, -3 } }
+  local x = var("x", 10)
+  for _, T in ipairs { 1, 1e6 } do
+    local equations = {}
+    for i = 1, 10 do
+      local l, r = 0, i == 1 and sin(t) or 0
+      for j = 1, 10 do l, r = l + T*left[i][j]*der(x[j]), r + right[i][j]*x[j] end
+      equations[i] = l ~ r
+    end
+    local low = dae(equations):reduce "array"
+    for _, rtol in ipairs { 1e-4, 1e-8 } do
+      local sol = low:integrate { start = low:init {}, to = 0.5, rtol = rtol }
+      local error = math.abs(sol:final(x[1]) + math.sin(0.5))
+      if T == 1 then
+        expect(error < 1e-9):is_true()
+        expect(sol:stats().rounding):equals ""
+      else
+        expect(error > 1):is_true()                                                 -- why it has to be said
+        expect(sol:stats().rounding):matches "^rounding errors of the equations leave "
+        has(tostring(sol), "uncertain by about")
+      end
+    end
+  end
+end)
