@@ -8,6 +8,7 @@
 #include "base/decompositions.hpp"
 #include "base/interrupt.hpp"
 #include "dae/rank/rank_with_gap.hpp"
+#include "dae/start/block_solution.hpp"
 #include "dae/start/start_system.hpp"
 
 namespace pendula::dae {
@@ -116,17 +117,21 @@ bool is_plainly_regular(Mat J) {
   return inverse.allFinite() && inverse.colwise().norm().maxCoeff() < 1 / far;
 }
 
+/// Of a square system that determines all.
+Freedom regular_freedom(const StartSystem& s) {
+  Freedom f;
+  f.rank_equations = static_cast<int>(s.first_fix);
+  f.redundant.assign(s.fixes(), 0);
+  f.chosen.assign(s.unknowns.size(), 0);
+  f.undetermined.resize(static_cast<Index>(s.unknowns.size()), 0);
+  return f;
+}
+
 Freedom dense_freedom(const StartSystem& s, Mat J, double threshold) {
   uncover(s, J);
+  if (threshold <= independent && is_plainly_regular(J)) return regular_freedom(s);
   Freedom f;
   const auto first = static_cast<Index>(s.first_fix), n = J.cols();
-  if (threshold <= independent && is_plainly_regular(J)) {
-    f.rank_equations = static_cast<int>(first);
-    f.redundant.assign(s.fixes(), 0);
-    f.chosen.assign(s.unknowns.size(), 0);
-    f.undetermined.resize(n, 0);
-    return f;
-  }
   RowSpace space(J.topRows(first), threshold);
   f.rank_equations = static_cast<int>(space.rank());
   for (std::size_t k = 0; k < s.fixes(); ++k)
@@ -390,11 +395,37 @@ static Freedom small_freedom(const StartSystem& s, const Mat& J, double threshol
   return other;
 }
 
+/// Is every block of the square Jacobian plainly regular, by entries that are accurate beside themselves? One that is another
+/// one as near as a solution is known may be 0 at the solution.
+static bool has_regular_blocks(const StartSystem& s, const Vec& w, Mat J) {
+  constexpr double known = 1e-9, accurate = 0.1, golden = 0.6180339887498949;
+  if (J.rows() != J.cols()) return false;
+  Vec beside = w;
+  for (Index j = 0; j < w.size(); ++j) {
+    const double sign = std::fmod(static_cast<double>(j + 1) * golden, 1.0) < 0.5 ? -1 : 1;
+    beside[j] += sign * known * std::max(std::fabs(w[j]), s.unit[j]);
+  }
+  const Mat other(s.jacobian(beside));
+  if (!other.allFinite()) return false;
+  J = (other - J)
+          .cwiseAbs()
+          .cwiseQuotient(J.cwiseAbs())
+          .unaryExpr([](double change) { return change <= accurate ? 1.0 : 0.0; })
+          .cwiseProduct(J);
+  return solve_by_blocks(J, Vec::Ones(J.rows())).has_value();
+}
+
 Freedom freedom(const StartSystem& s, const Vec& w, bool slow) {
   Sparse J = s.jacobian(w);
   for (Index k = 0; k < J.nonZeros(); ++k)  // √x at a fixed 0: what counts is that x occurs
     if (!std::isfinite(J.valuePtr()[k])) J.valuePtr()[k] = 1;
-  return w.size() <= dense_up_to ? small_freedom(s, Mat(J), slow ? independent_at_double_root : independent)
+  if (w.size() <= dense_up_to && !slow) {
+    Freedom f = small_freedom(s, Mat(J), independent);
+    const bool open =
+        f.count > 0 || std::find(f.redundant.begin(), f.redundant.end(), 1) != f.redundant.end();
+    return open && has_regular_blocks(s, w, Mat(J)) ? regular_freedom(s) : f;
+  }
+  return w.size() <= dense_up_to ? small_freedom(s, Mat(J), independent_at_double_root)
                                  : sparse_freedom(s, J);
 }
 

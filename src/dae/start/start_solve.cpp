@@ -7,6 +7,7 @@
 #include "dae/model/lineage.hpp"
 #include "dae/points/interval_proof.hpp"
 #include "dae/reduce/reduced_forms.hpp"
+#include "dae/start/block_solution.hpp"
 #include "dae/start/sparse_solution.hpp"
 #include "dae/start/start_system.hpp"
 
@@ -192,7 +193,7 @@ StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selecti
     if (r.norm() == 0) break;
     const Vec weight = row_weights(J);
     const Sparse weighted = weight.asDiagonal() * J * reach.asDiagonal();
-    const Vec step = reach.cwiseProduct(least_step(weighted, weight.cwiseProduct(r)));
+    Vec step = reach.cwiseProduct(least_step(weighted, weight.cwiseProduct(r)));
     if (!step.allFinite()) break;
     const double size = weight.cwiseProduct(r).norm();
     // each unknown beside itself: units of some may be too small by many orders
@@ -201,11 +202,17 @@ StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selecti
     const double shortest = out.solved ? polishing_step : shortest_step / std::max(1.0, full);
     double alpha = 1;
     Vec trial;
-    for (; alpha > shortest; alpha /= 2) {
-      trial = w + alpha * step.cwiseProduct(s.unit);
-      const Vec next = weight.cwiseProduct(system.residual(trial));
-      if (next.allFinite() && next.norm() <= (1 - sufficient * alpha) * size) break;
-    }
+    const auto search = [&](const Vec& direction) {
+      for (alpha = 1; alpha > shortest; alpha /= 2) {
+        trial = w + alpha * direction.cwiseProduct(s.unit);
+        const Vec next = weight.cwiseProduct(system.residual(trial));
+        if (next.allFinite() && next.norm() <= (1 - sufficient * alpha) * size) break;
+      }
+    };
+    search(step);
+    // a row may look like others where its small entries alone say something new
+    if (alpha <= shortest && !out.solved && J.cols() <= dense_up_to)
+      if (const auto other = solve_by_blocks(Mat(J), Vec(-r))) search(step = *other);
     const double moved = alpha * step.norm(), far = 1 + omega.norm();
     if (moved > visible * far)
       halvings = moved > half_low * last_step && moved < half_high * last_step ? halvings + 1 : 0;

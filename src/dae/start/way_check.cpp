@@ -4,12 +4,14 @@
 #include <cmath>
 
 #include "base/decompositions.hpp"
+#include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/rank/rank.hpp"
 #include "dae/rank/rank_with_gap.hpp"
 #include "dae/reduce/reduce.hpp"
 #include "dae/start/numeric_arrays.hpp"
+#include "dae/start/start_system.hpp"
 #include "expr/print/print.hpp"
 
 namespace pendula::dae {

@@ -1,0 +1,57 @@
+#include "dae/start/block_solution.hpp"
+
+#include "base/decompositions.hpp"
+#include "dae/structure/blocks.hpp"
+
+namespace pendula::dae {
+namespace {
+
+using Index = Eigen::Index;
+
+/// Of a block, with its rows and columns divided by their largest entries.
+std::optional<Vec> solve_plainly(Mat A, Vec b) {
+  constexpr int sweeps = 3;
+  constexpr double regular = 1e-6;
+  Vec column = Vec::Ones(A.cols());
+  for (int sweep = 0; sweep < sweeps; ++sweep) {
+    for (Index i = 0; i < A.rows(); ++i)
+      if (const double size = A.row(i).cwiseAbs().maxCoeff(); size > 0) {
+        A.row(i) /= size;
+        b[i] /= size;
+      }
+    for (Index j = 0; j < A.cols(); ++j)
+      if (const double size = A.col(j).cwiseAbs().maxCoeff(); size > 0) {
+        A.col(j) /= size;
+        column[j] /= size;
+      }
+  }
+  if (!A.allFinite()) return {};
+  const Eigen::PartialPivLU<Mat> lu(A);
+  if (!(lu.rcond() > regular)) return {};
+  return Vec(lu.solve(b).cwiseProduct(column));
+}
+
+}  // namespace
+
+std::optional<Vec> solve_by_blocks(const Mat& A, const Vec& b) {
+  if (A.rows() != A.cols() || A.rows() == 0 || !A.allFinite()) return {};
+  Pattern pattern;
+  for (Index i = 0; i < A.rows(); ++i) {
+    std::vector<int>& row = pattern.emplace_back();
+    for (Index j = 0; j < A.cols(); ++j)
+      if (A(i, j) != 0) row.push_back(static_cast<int>(j));
+  }
+  const Blocks blocks = dulmage_mendelsohn(pattern, static_cast<int>(A.cols()));
+  if (!blocks.over.rows.empty() || !blocks.under.columns.empty()) return {};
+  Vec x = Vec::Zero(A.cols());
+  for (const Part& block : blocks.square) {
+    const std::vector<Index> rows(block.rows.begin(), block.rows.end());
+    const std::vector<Index> columns(block.columns.begin(), block.columns.end());
+    const auto part = solve_plainly(A(rows, columns), b(rows) - A(rows, Eigen::all) * x);
+    if (!part || !part->allFinite()) return {};
+    for (std::size_t k = 0; k < columns.size(); ++k) x[columns[k]] = (*part)[static_cast<Index>(k)];
+  }
+  return x;
+}
+
+}  // namespace pendula::dae
