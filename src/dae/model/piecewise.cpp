@@ -52,6 +52,30 @@ std::optional<Found> piece_of(Expr node) {
   }
 }
 
+/// w where √e = |w|: e = v², v⁶, c v². A constant where there is none.
+Expr root_of_square(Expr e) {
+  if (e.is_constant() || e.is_symbol()) return {};
+  if (e.op() == Op::mul && e.operand(0) == e.operand(1)) return e.operand(0);
+  for (const int k : {0, 1})
+    if (e.op() == Op::mul && e.operand(k).is_constant() && constant_value(e.operand(k)) > 0) {
+      const Expr v = root_of_square(e.operand(1 - k));
+      return v.is_constant() ? Expr() : sqrt(e.operand(k)) * v;
+    }
+  if (e.op() != Op::pow || !e.operand(1).is_constant()) return {};
+  const double half = constant_value(e.operand(1)) / 2;
+  if (half < 1 || half != std::floor(half) || std::fmod(half, 2) != 1) return {};
+  return pow(e.operand(0), Expr(half));
+}
+
+/// The same where a model has other pieces: √(v²) is |v|.
+std::optional<Found> piece_or_root_of(Expr node) {
+  if (auto found = piece_of(node)) return found;
+  if (node.is_constant() || node.is_symbol() || node.op() != Op::sqrt) return {};
+  const Expr v = root_of_square(node.operand(0));
+  if (v.is_constant()) return {};
+  return Found{node, v, -v, to_text(v) + " > 0", to_text(v) + " < 0", v};
+}
+
 /// Does the argument of a root have borders that no equation depends on otherwise: |…|, which has the same slopes on both
 /// sides, or max(x, 0) and the like in t, parameters and states?
 bool hides_borders(Expr root, const Model& model) {
@@ -104,10 +128,12 @@ void Choices::hide_roots() {
 
 Choices::Choices(const Model& model) : model_(model) {
   hide_roots();
-  for (Expr node : topological(model_.residuals)) {
-    const auto found = piece_of(node);
+  const std::vector<Expr> nodes = topological(model_.residuals);
+  if (std::none_of(nodes.begin(), nodes.end(), piece_of)) return;
+  for (Expr node : nodes) {
+    const auto found = piece_or_root_of(node);
     if (!found) continue;
-    const auto written = roots_.empty() ? found : piece_of(substitute(node, roots_));
+    const auto written = roots_.empty() ? found : piece_or_root_of(substitute(node, roots_));
     if (!written) continue;
     bool reversed = false;
     const std::size_t choice =
