@@ -66,7 +66,7 @@ class KeptMonitor {
   }
 
   /// False, too, where all gradients together lose their rank: no choice helps there.
-  bool is_much_worse(const Point& point) {
+  bool is_much_worse(const Point& point, double share = much_worse) {
     constexpr double singular = 1e-6;
     const Mat J = gradients(point);
     if (!J.allFinite()) return false;
@@ -75,7 +75,7 @@ class KeptMonitor {
     const auto& order = all.colsPermutation().indices();
     const std::vector<Index> best(order.data(), order.data() + rank);
     const double reachable = least_singular(J(best, Eigen::all));
-    return reachable > singular && least_singular(J(kept_, Eigen::all)) < much_worse * reachable;
+    return reachable > singular && least_singular(J(kept_, Eigen::all)) < share * reachable;
   }
 
  private:
@@ -247,6 +247,28 @@ bool leaves_out_constraints(const dae::ModelPtr& model) {
   if (kept == 0 || static_cast<Index>(kept) == source->mechanics->C.size()) return false;
   // a form with gains of the user's choice is not made again
   return model->form != "baumgarte" || dae::reduce(source, model->form)->residuals == model->residuals;
+}
+
+TrajectoryPtr simulate_keeping(const dae::ModelPtr& model, const Simulation& simulation) {
+  constexpr double hardly = 0.03;  // of what the best choice holds: steps become short, and end, from here on
+  const dae::ModelPtr source = mechanism_with_values(model);
+  const std::vector<Index> kept = kept_in(*source, *source->mechanics);
+  Simulation plain = simulation;
+  plain.sensitivities.clear();
+  const auto monitor = std::make_shared<KeptMonitor>(*source->mechanics, kept, model, plain);
+  std::vector<std::string> names;
+  for (Index i : kept) names.push_back(text("C[", i + 1, "]"));
+  Simulation watched = simulation;
+  watched.chosen = ChosenOutside::constraints;
+  watched.plan.stop_when = [source, monitor, names, own = simulation.plan.stop_when](const Point& point) {
+    if (monitor->is_much_worse(point, hardly))
+      throw Failure(
+          text("the constraints that this form keeps, ", join(names, ", "),
+               ", become dependent here, where all together hold the motion. A run with "
+               "sensitivities cannot choose others; without them it does: take differences of runs"));
+    return own && own(point);
+  };
+  return simulate(model, watched);
 }
 
 TrajectoryPtr simulate_rekeeping(const dae::ModelPtr& model, const Simulation& simulation) {

@@ -17,4 +17,8 @@ bool leaves_out_constraints(const dae::ModelPtr& model);
 /// As simulate(), which calls it.
 TrajectoryPtr simulate_rekeeping(const dae::ModelPtr& model, const Simulation& simulation);
 
+/// The same for a run with sensitivities, which goes on with the constraints that it begins with: it ends where these are
+/// nearly dependent, and says so.
+TrajectoryPtr simulate_keeping(const dae::ModelPtr& model, const Simulation& simulation);
+
 }  // namespace pendula::integrate

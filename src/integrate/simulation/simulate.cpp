@@ -35,6 +35,9 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
     if (chooses_states(*model)) return simulate_reselecting(model, simulation);
     if (chooses_rows(*model, simulation)) return simulate_rechoosing(model, simulation);
   }
+  if (!simulation.sensitivities.empty() && simulation.chosen == ChosenOutside::nothing &&
+      !simulation.plan.dt && leaves_out_constraints(model))
+    return simulate_keeping(model, simulation);
   if (changes_regime(*model, simulation)) return simulate_regimes(model, simulation);
   require_low_index(*model, simulation.plan.direct);
   const ProblemSetup run = set_up_problem(model, simulation);
