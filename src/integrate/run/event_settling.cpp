@@ -56,7 +56,8 @@ EventHandler::AtRoots EventHandler::at_roots(const Point& before, const Point& h
       roots.slopes[i] = slope;
       // one that comes to its root at this very moment, and has not been found there, happens now
       const double moved = i < happened_.size() ? std::fabs(slope) * (here.t - happened_[i]) : NAN;
-      roots.comes[i] = roots.waits[i] = !(moved <= 1e-9 * roots.fastest * state_.interval());
+      roots.comes[i] = !(moved <= 1e-9 * roots.fastest * state_.interval());
+      roots.waits[i] = roots.comes[i] || slope * event.direction < 0;  // or was on its way back
     }
   return roots;
 }

@@ -110,7 +110,8 @@ Blows::AtRoots Blows::at_roots(const Values& before, const Values& here, const d
     roots.slopes[i] = *slopes[i];
     // one that comes to its root at this very moment, and has not been found there, happens now
     const double moved = std::fabs(*slopes[i]) * (known_.at(time_symbol()) - happened_[i]);
-    roots.comes[i] = roots.waits[i] = !(moved <= 1e-9 * roots.fastest * interval_);
+    roots.comes[i] = !(moved <= 1e-9 * roots.fastest * interval_);
+    roots.waits[i] = roots.comes[i] || *slopes[i] * simulation_.events[i].direction < 0;
   }
   return roots;
 }
