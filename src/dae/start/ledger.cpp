@@ -99,6 +99,12 @@ double size_of_terms(Expr e, const std::unordered_map<Expr, double>& point) {
   return size;
 }
 
+std::string ConsistentState::lost_text() const {
+  if (!lost) return "";
+  return text("rounding errors of the equations leave ", to_text(lost->leaf), " = ",
+              rounded(values.at(lost->leaf), 3), " uncertain by about ", rounded(lost->error, 1));
+}
+
 std::string ConsistentState::ledger() const {
   const auto beside_terms = [&](const auto& c) {  // terms of 10²⁴ leave 10⁸ by rounding
     return std::fabs(c.second) /
@@ -111,6 +117,7 @@ std::string ConsistentState::ledger() const {
   Table table({false, true, false});
   for (const LedgerRow& row : rows) table.row({to_text(row.leaf), rounded(row.value), word(row.origin)});
   out += table.str(2);
+  if (lost) out += lost_text() + "\n";
   if (!moved.empty()) {
     out += "moved onto the constraints\n";
     Table moves;

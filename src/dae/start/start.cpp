@@ -249,6 +249,7 @@ ConsistentStatePtr init(const ModelPtr& model, const StartRequest& request) {
   if (request.nearest) at->moved = moved_values(s, solution.w);
   for (const auto& [leaf, value] : request.inputs)
     at->values[leaf] = pendula::evaluate({&value, 1}, at->values)[0];
+  at->lost = lost_digits(s, solution.w);
   fill_ledger(*at, s, open);
   fill_constraints(*at, s, solution.w);
   if (!s.has_signs()) return at;

@@ -11,6 +11,8 @@
 // equation. docs/derivations.md#start.
 #pragma once
 
+#include <optional>
+
 #include "base/math.hpp"
 #include "dae/model/model.hpp"
 
@@ -49,6 +51,12 @@ struct Branch {
   std::string formula;  ///< "x = ±√(L² - y²)", where the unknown solves a quadratic equation
 };
 
+/// A value without digits: rounding errors of the equations leave it open by about this much.
+struct LostDigits {
+  Expr leaf;
+  double error;
+};
+
 struct LedgerRow {
   Expr leaf;
   double value;
@@ -66,6 +74,7 @@ class ConsistentState {
   std::vector<std::pair<Constraint, double>> constraints;  ///< with the residual at the start
   int free = 0;                                            ///< number of initial values that could be chosen
   std::vector<Moved> moved;                                ///< by `nearest`
+  std::optional<LostDigits> lost;                          ///< the worst one; small models only
   StartRequest request;                                    ///< what it was made from
 
   /// The value of an expression in the symbols of this model or a relative. Throws Error naming what has no
@@ -74,6 +83,8 @@ class ConsistentState {
   /// The value of a leaf of `other`, a relative of this start's model, if it is known.
   std::optional<double> value_for(const Model& other, Expr leaf) const;
   std::string ledger() const;
+  std::string lost_text()
+      const;  ///< "rounding errors of the equations leave z = … uncertain by about …", or ""
   /// Other roots that the equations have for the same fixes, found from mirrored starting points; at most a
   /// few, small models only. Cost: some further solves.
   std::vector<Branch> branches() const;

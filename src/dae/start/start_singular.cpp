@@ -1,9 +1,12 @@
 // Starts at singular points: where the equations of index 1 do not determine x′ and z, the solution that begins there is
-// not determined by the start, or only one of the values that satisfy the equations continues smoothly.
+// not determined by the start, or only one of the values that satisfy the equations continues smoothly. And nearly
+// singular ones: values that rounding errors leave without digits.
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "base/decompositions.hpp"
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/model/lineage.hpp"
@@ -213,6 +216,60 @@ void require_regular_point(const ModelPtr& model, const StartSystem& s, const Ve
       ": the equations do not determine ", names_of(open), " there (rank ", rank.rank, " of ", J.rows(), ").",
       smooth.text.empty() ? "" : "\n  The solution that continues smoothly has " + smooth.text + ".",
       "\n  Start near it: another time, or other values in fix or guess", redundancy_hint(model, open)));
+}
+
+/// J⁻¹ (F(w + δ) - F(w) - J δ), δ some units in the last places: what the rounding errors of the residuals become.
+static Vec rounding_in_unknowns(const StartSystem& s, const Vec& w) {
+  constexpr int looks = 3;
+  const Mat J = s.jacobian(w);
+  const Vec here = s.residual(w);
+  Vec worst = Vec::Zero(w.size());
+  if (!J.allFinite() || !here.allFinite()) return worst;
+  const auto inverse_of_largest = [](const auto& list) {
+    const double largest = list.cwiseAbs().maxCoeff();
+    return largest > 0 ? 1 / largest : 1.0;
+  };
+  Vec row(J.rows()), column(J.cols());
+  for (Index i = 0; i < J.rows(); ++i) row[i] = inverse_of_largest(J.row(i));
+  const Mat by_rows = row.asDiagonal() * J;
+  for (Index j = 0; j < J.cols(); ++j) column[j] = inverse_of_largest(by_rows.col(j));
+  const Mat scaled = by_rows * column.asDiagonal();
+  // Elimination keeps apart what hangs on numbers of 10²⁰⁰ and what does not, as reflections do not.
+  std::function<Vec(const Vec&)> solution;
+  if (J.rows() == J.cols())
+    solution = [lu = Eigen::PartialPivLU<Mat>(scaled)](const Vec& r) { return Vec(lu.solve(r)); };
+  else
+    solution = [qr = Eigen::CompleteOrthogonalDecomposition<Mat>(scaled)](const Vec& r) {
+      return Vec(qr.solve(r));
+    };
+  for (int look = 0; look < looks; ++look) {
+    Vec moved = w;
+    for (Index j = 0; j < w.size(); ++j)
+      moved[j] *= 1 + eps * static_cast<double>((5 * j + 4 * look) % 9 - 4);
+    const Vec linear = J * Vec((moved - w).cwiseQuotient(s.unit));
+    const Vec noise = row.cwiseProduct(Vec(s.residual(moved) - here - linear));
+    if (!noise.allFinite()) continue;
+    const Vec moves = solution(noise);
+    if (moves.allFinite()) worst = worst.cwiseMax(column.cwiseProduct(moves).cwiseProduct(s.unit).cwiseAbs());
+  }
+  return worst;
+}
+
+std::optional<LostDigits> lost_digits(const StartSystem& s, const Vec& w) {
+  constexpr double many = 1e-2, visible = 1e-9;  // of the value, and of its unit
+  if (w.size() == 0 || w.size() > dense_up_to) return {};
+  const Vec error = rounding_in_unknowns(s, w);
+  std::optional<LostDigits> lost;
+  double worst = 1;
+  for (Index j = 0; j < w.size(); ++j) {
+    if (w[j] == 0) continue;  // 0 satisfies the equations to rounding
+    const double share = error[j] / (many * std::fabs(w[j]) + visible * s.unit[j]);
+    if (share > worst) {
+      worst = share;
+      lost = LostDigits{s.unknowns.begin()[j], error[j]};
+    }
+  }
+  return lost;
 }
 
 }  // namespace pendula::dae

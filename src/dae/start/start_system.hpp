@@ -124,6 +124,10 @@ struct StartSolution {
 StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selection = {});
 constexpr Eigen::Index dense_up_to = 250;
 
+/// The unknown of a solution that rounding errors of the residuals change most, if by more than a hundredth of it. Nothing
+/// above `dense_up_to` unknowns. Cost: one orthogonal decomposition.
+std::optional<LostDigits> lost_digits(const StartSystem& s, const Vec& w);
+
 /// Gauss-Newton from the guess, then from spread points near it (symmetric points are often singular), with
 /// the opposite signs, and further away.
 StartSolution solve_start(const StartSystem& s, const Selection& selection = {});

@@ -7,6 +7,7 @@
 #include "expr/print/print.hpp"
 #include "lua/bind/dae/dae.hpp"
 #include "lua/core/objects.hpp"
+#include "lua/screen/pager.hpp"
 
 namespace pendula::lua {
 namespace {
@@ -27,6 +28,7 @@ int init(Call& call) {
                   rounded(m.to).c_str());
   if (at->moved.size() > most + 1)
     std::printf("nearest: … %zu more (the ledger has all %zu)\n", at->moved.size() - most, at->moved.size());
+  if (at->lost) warn(at->lost_text());
   return call.push(at);
 }
 

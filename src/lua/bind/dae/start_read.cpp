@@ -342,7 +342,9 @@ dae::ConsistentStatePtr read_start(lua_State* L, const Options& options, const d
   if (model->form == "dummy") return translated(dae::init(dae::original(model), request), model);
   if (model->form == "array") return start_of_rows(request, model);
   try {
-    return dae::init(model, request);
+    const dae::ConsistentStatePtr at = dae::init(model, request);
+    if (at->lost) warn(at->lost_text());
+    return at;
   } catch (const Error& conflict) {
     if (model->invariants.empty()) throw;
     request.keep_invariants = false;
