@@ -72,21 +72,35 @@ const Event* EventHandler::terminating(const EventFinder::Hit& hit) const {
   return nullptr;
 }
 
-/// What was found at one moment is done up to the first reset; others that turn back are left pending: what a reset has
-/// changed is known behind a restart only.
+/// What was found at one moment is done in one go as far as resets change nothing that conditions of others depend on, as
+/// clocks that tick together. Others that turn back are left pending: what a reset has changed is known behind a restart.
 EventHandler::Applied EventHandler::apply_all(const EventFinder::Hit& hit, Point& point) {
   Applied done;
+  std::vector<Expr> reset;
   for (const auto& crossing : hit.list) {
     if (event_of(crossing).surface) continue;
-    if (done.changed && !done.stop && turns_back(crossing)) {
+    if (done.changed && !done.stop && turns_back(crossing) && may_change(crossing.which, reset)) {
       done.pending.push_back(crossing);
       continue;
     }
     const EventReply reply = apply(crossing, point);
     done.stop = done.stop || reply.stop;
     done.changed = done.changed || !reply.reset.empty();
+    for (const auto& [state, value] : reply.reset) reset.push_back(state);
   }
   return done;
+}
+
+/// Could the condition of an event, or its slope, have been changed by these states?
+bool EventHandler::may_change(int which, const std::vector<Expr>& reset) {
+  if (state_.plan.events.reinitialise) return true;  // conditions on the states move others, too
+  if (behind_.empty())
+    for (const Event& event : state_.plan.events.list)
+      behind_.push_back(states_behind(event.when, state_.problem->model()));
+  const auto& behind = behind_[which];
+  return !behind || std::any_of(reset.begin(), reset.end(), [&](Expr state) {
+    return std::find(behind->begin(), behind->end(), state) != behind->end();
+  });
 }
 
 /// True when the step ends at the event, or was taken back.

@@ -6,15 +6,13 @@
 #include <optional>
 #include <vector>
 
+#include "integrate/event/at_roots.hpp"
 #include "integrate/event/monitor/switch_monitor.hpp"
 #include "integrate/event/zeno_detector.hpp"
 #include "integrate/plan/run_monitors.hpp"
 #include "integrate/run/mode_tracker.hpp"
 
 namespace pendula::integrate {
-
-/// What stats().not_unique says of events at one moment.
-std::string order_remark(double t, Expr when);
 
 class EventHandler {
  public:
@@ -60,19 +58,11 @@ class EventHandler {
   bool is_contradictory(const EventFinder::Hit& hit, const Point& point);
   Failure accumulation(const Event& event) const;
 
-  /// Conditions that were at their roots where the first of several resets at one time happened.
-  struct AtRoots {
-    std::vector<double> slopes;  ///< before the resets; NaN: not at a root
-    std::vector<char> waits;     ///< has since been at rest, or on the side that the event comes from
-    std::vector<char> comes;     ///< has come to its root at this moment, and not happened since
-    double fastest = 0;          ///< of all slopes, what others are measured by
-  };
   AtRoots at_roots(const Point& before, const Point& here);
   bool is_at_root(std::size_t i, const Point& point, double fastest) const;
   std::optional<int> overdue(const std::vector<char>& happened, const AtRoots* roots, const Point& here);
-  std::optional<int> sent_across(AtRoots& roots, const Point& here, bool only_look);
-  void remark_order(int which, AtRoots& roots, const Point& here);
-  bool is_thrown_back(const EventFinder::Crossing& crossing, const Point& here, double fastest);
+  void remark_order(int which, double t);
+  bool is_thrown_back(const EventFinder::Crossing& crossing, const Point& here, const AtRoots& roots);
   bool turns_back(const EventFinder::Crossing& crossing) const {
     return event_of(crossing).call || !event_of(crossing).reset.empty();
   }
@@ -81,6 +71,7 @@ class EventHandler {
     std::vector<EventFinder::Crossing> pending;
   };
   Applied apply_all(const EventFinder::Hit& hit, Point& point);
+  bool may_change(int which, const std::vector<Expr>& reset);
   EventReply apply(const EventFinder::Crossing& crossing, Point& point);
   void reset(Point& point, const std::vector<std::pair<Expr, double>>& values);
   enum class Moment {
@@ -101,9 +92,10 @@ class EventHandler {
   ZenoDetector zeno_;
   double last_accumulation_ = -std::numeric_limits<double>::infinity();  ///< that ended on a border
   bool first_in_step_ = true;                                            ///< no event so far in the step
-  int last_event_ = -1, since_event_ = 0;  ///< the user's last event; restarts since then
-  std::vector<double> happened_;           ///< by event: when it did last
-  std::vector<EventRecord> records_;       ///< of the events at one time
+  int last_event_ = -1, since_event_ = 0;                 ///< the user's last event; restarts since then
+  std::vector<double> happened_;                          ///< by event: when it did last
+  std::vector<std::optional<std::vector<Expr>>> behind_;  ///< by event, see states_behind(); made when asked
+  std::vector<EventRecord> records_;                      ///< of the events at one time
   EventFinder::Hit last_restart_;
 };
 

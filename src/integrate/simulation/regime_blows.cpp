@@ -93,67 +93,37 @@ bool Blows::is_at_root(Expr when, const Values& at, const dae::Sizes& sizes, dou
   return g <= of_time * fastest * std::max(interval_, t) || g <= of_terms * dae::size_of(when, at, sizes);
 }
 
-Blows::AtRoots Blows::at_roots(const Values& before, const Values& here, const dae::Sizes& sizes) const {
-  AtRoots roots{std::vector<double>(when_.size(), NAN), std::vector<char>(when_.size(), 0), {}, 0};
-  roots.comes = roots.waits;
+AtRoots Blows::at_roots(const Values& before, const Values& here, const dae::Sizes& sizes) const {
+  std::vector<int> directions;
+  for (const ModelEvent& event : simulation_.events) directions.push_back(event.direction);
+  AtRoots roots(directions);
   std::vector<std::optional<double>> slopes;
   for (Expr when : when_) {
     slopes.push_back(slope(when, before));
     for (const auto& known : {slopes.back(), slope(when, here)})
-      if (known && std::isfinite(*known)) roots.fastest = std::max(roots.fastest, std::fabs(*known));
+      if (known) roots.measure(*known);
   }
   for (std::size_t i = 0; i < when_.size(); ++i) {
-    if (!slopes[i] || std::abs(simulation_.events[i].direction) != 1) continue;
-    if (!is_at_root(when_[i], before, sizes, roots.fastest) ||
-        !is_at_root(when_[i], here, sizes, roots.fastest))
-      continue;
-    roots.slopes[i] = *slopes[i];
-    // one that comes to its root at this very moment, and has not been found there, happens now
-    const double moved = std::fabs(*slopes[i]) * (known_.at(time_symbol()) - happened_[i]);
-    roots.comes[i] = !(moved <= 1e-9 * roots.fastest * interval_);
-    roots.waits[i] = roots.comes[i] || *slopes[i] * simulation_.events[i].direction < 0;
+    if (!slopes[i] || std::abs(directions[i]) != 1) continue;
+    if (is_at_root(when_[i], before, sizes, roots.fastest()) &&
+        is_at_root(when_[i], here, sizes, roots.fastest()))
+      roots.add(i, *slopes[i], known_.at(time_symbol()) - happened_[i], interval_);
   }
   return roots;
 }
 
-/// As EventHandler::remark_order().
-void Blows::remark_order(int which, AtRoots& roots, const Values& here) {
-  constexpr double visible = 1e-6;
-  const double was = roots.slopes[which], now = slope(when_[which], here).value_or(NAN);
-  const bool changed = std::fabs(now - was) > visible * roots.fastest;
-  const bool came = roots.comes[which] && std::fabs(was) > visible * roots.fastest;
-  roots.comes[which] = 0;
-  if (changed && came && remark_.empty()) remark_ = order_remark(known_.at(time_symbol()), when_[which]);
-}
-
-/// As EventHandler::sent_across().
-std::optional<int> Blows::sent_across(AtRoots& roots, const Values& here, bool only_look) {
-  constexpr double at_rest = 1e-6;  // of a slope behind the reset
-  constexpr double least = 1e-10;   // of the fastest: blows that send each other back end
-  std::optional<int> first;
-  for (std::size_t i = 0; i < roots.slopes.size(); ++i) {
-    if (std::isnan(roots.slopes[i])) continue;
-    const double now = slope(when_[i], here).value_or(0);
-    const bool leaves = now * simulation_.events[i].direction > least * roots.fastest;
-    if (!leaves || std::fabs(roots.slopes[i]) <= at_rest * std::fabs(now)) roots.waits[i] = 1;
-    if (leaves && roots.waits[i] && !first) first = static_cast<int>(i);
-  }
-  if (only_look) return {};
-  if (first) remark_order(*first, roots, here);
-  if (first) roots.slopes[*first] = roots.fastest;  // it has left its root once
-  if (first) roots.waits[*first] = 0;
-  return first;
+void Blows::remark_order(int which) {
+  if (remark_.empty()) remark_ = order_remark(known_.at(time_symbol()), when_[which]);
 }
 
 /// As EventHandler::overdue(); at a root, the slope decides.
 std::optional<int> Blows::overdue(const Values& here, const dae::Sizes& sizes, const AtRoots& roots) const {
-  constexpr double least = 1e-10;  // of the fastest slope
   for (std::size_t i = 0; i < when_.size(); ++i) {
     const ModelEvent& event = simulation_.events[i];
     if (std::abs(event.direction) < 2) continue;
     const double sign = event.direction > 0 ? 1 : -1, beyond = sign * dae::value_at(when_[i], here);
-    if (is_at_root(when_[i], here, sizes, roots.fastest)) {
-      if (sign * slope(when_[i], here).value_or(0) > least * roots.fastest) return static_cast<int>(i);
+    if (is_at_root(when_[i], here, sizes, roots.fastest())) {
+      if (roots.is_leaving(sign * slope(when_[i], here).value_or(0))) return static_cast<int>(i);
     } else if (beyond > 0) {
       return static_cast<int>(i);
     }
@@ -221,17 +191,23 @@ std::vector<Blows::Blow> Blows::settle(const std::vector<EventRecord>& events, c
   std::optional<AtRoots> roots;
   do {
     std::optional<int> which;
+    const auto now = [&, here = all(values)](int i) { return slope(when_[i], here).value_or(0); };
     if (!pending.empty()) {
       which = pending.front();
       pending.erase(pending.begin());
-      if (roots) sent_across(*roots, all(values), true);
-      if (roots) remark_order(*which, *roots, all(values));
-      if (roots && is_thrown_back(*which, before, all(values), sizes, roots->fastest)) continue;
+      if (roots) roots->look(now);
+      if (roots && roots->order_matters(*which, slope(when_[*which], all(values)).value_or(NAN)))
+        remark_order(*which);
+      if (roots && is_thrown_back(*which, before, all(values), sizes, *roots)) continue;
       blows.push_back(apply(*which, replies_[*which], regime, values));
     } else {
       which = overdue(all(values), sizes, *roots);
-      const auto sent = sent_across(*roots, all(values), which.has_value());
-      if (!which) which = sent;
+      if (which) {
+        roots->look(now);
+      } else if (const auto sent = roots->sent_across(now)) {
+        which = sent->which;
+        if (sent->order_matters) remark_order(*which);
+      }
       if (!which) break;
       blows.push_back(apply(*which, reply_to_blow(*which, blows.size()), regime, values));
     }
@@ -256,9 +232,10 @@ EventReply Blows::reply_to_blow(int which, std::size_t count) const {
 
 /// As EventHandler::is_thrown_back().
 bool Blows::is_thrown_back(int which, const Values& before, const Values& here, const dae::Sizes& sizes,
-                           double fastest) const {
+                           const AtRoots& roots) const {
   const double was = slope(when_[which], before).value_or(0), now = slope(when_[which], here).value_or(0);
-  return was * now < 0 && std::fabs(now) > 1e-10 * fastest && is_at_root(when_[which], here, sizes, fastest);
+  return was * now < 0 && roots.is_leaving(std::fabs(now)) &&
+         is_at_root(when_[which], here, sizes, roots.fastest());
 }
 
 Expr Blows::struck_despite_law(const dae::RegimeStart& start, const dae::StartRequest& request,

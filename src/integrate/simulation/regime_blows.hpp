@@ -6,6 +6,7 @@
 
 #include "dae/start/regime_jump.hpp"
 #include "dae/start/regimes.hpp"
+#include "integrate/event/at_roots.hpp"
 #include "integrate/simulation/simulate.hpp"
 
 namespace pendula::integrate {
@@ -41,21 +42,14 @@ class Blows {
                           const dae::Sizes& sizes) const;
 
  private:
-  struct AtRoots {
-    std::vector<double> slopes;  ///< before the resets; NaN: not at a root
-    std::vector<char> waits;     ///< has since been at rest, or on the side that the event comes from
-    std::vector<char> comes;     ///< has come to its root at this moment, and not happened since
-    double fastest = 0;
-  };
   Values all(const Values& values) const;
   Vec gradient_of(Expr e, const std::vector<Expr>& x, const Values& at) const;
   std::optional<double> slope(Expr when, const Values& at) const;
   bool is_at_root(Expr when, const Values& at, const dae::Sizes& sizes, double fastest) const;
   AtRoots at_roots(const Values& before, const Values& here, const dae::Sizes& sizes) const;
-  std::optional<int> sent_across(AtRoots& roots, const Values& here, bool only_look);
-  void remark_order(int which, AtRoots& roots, const Values& here);
+  void remark_order(int which);
   bool is_thrown_back(int which, const Values& before, const Values& here, const dae::Sizes& sizes,
-                      double fastest) const;
+                      const AtRoots& roots) const;
   EventReply reply_to_blow(int which, std::size_t count) const;
   std::optional<int> overdue(const Values& here, const dae::Sizes& sizes, const AtRoots& roots) const;
   Blow apply(int which, const EventReply& reply, const dae::Regime& regime, Values& values);

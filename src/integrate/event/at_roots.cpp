@@ -1,0 +1,99 @@
+#include "integrate/event/at_roots.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "expr/print/print.hpp"
+
+namespace pendula::integrate {
+
+AtRoots::AtRoots(std::vector<int> directions)
+    : directions_(std::move(directions)),
+      slopes_(directions_.size(), NAN),
+      waits_(directions_.size(), 0),
+      comes_(directions_.size(), 0) {}
+
+void AtRoots::measure(double slope) {
+  if (std::isfinite(slope)) fastest_ = std::max(fastest_, std::fabs(slope));
+}
+
+bool AtRoots::is_leaving(double slope) const {
+  constexpr double least = 1e-10;  // of the fastest
+  return slope > least * fastest_;
+}
+
+void AtRoots::add(std::size_t i, double slope, double since, double interval) {
+  constexpr double at_this_moment = 1e-9;  // of what the fastest changes by in the time of the run
+  slopes_[i] = slope;
+  comes_[i] = !(std::fabs(slope) * since <= at_this_moment * fastest_ * interval);
+  waits_[i] = comes_[i] || slope * directions_[i] < 0;  // or was on its way back
+}
+
+bool AtRoots::order_matters(int which, double now) {
+  constexpr double visible = 1e-6;  // false where a slope is not known
+  const double was = slopes_[which];
+  const bool came = comes_[which] && std::fabs(was) > visible * fastest_;
+  comes_[which] = 0;
+  return came && std::fabs(now - was) > visible * fastest_;
+}
+
+std::optional<int> AtRoots::first_sent(const Slope& now) {
+  constexpr double at_rest = 1e-6;  // of a slope behind the reset
+  std::optional<int> first;
+  for (std::size_t i = 0; i < slopes_.size(); ++i) {
+    if (std::isnan(slopes_[i]) || std::abs(directions_[i]) != 1) continue;
+    const double slope = now(static_cast<int>(i));
+    const bool leaves = is_leaving(slope * directions_[i]);
+    if (!leaves || std::fabs(slopes_[i]) <= at_rest * std::fabs(slope)) waits_[i] = 1;
+    if (leaves && waits_[i] && !first) first = static_cast<int>(i);
+  }
+  return first;
+}
+
+std::optional<AtRoots::Sent> AtRoots::sent_across(const Slope& now) {
+  const auto first = first_sent(now);
+  if (!first) return {};
+  const Sent sent{*first, order_matters(*first, now(*first))};
+  slopes_[sent.which] = fastest_;  // it has left its root once
+  waits_[sent.which] = 0;
+  return sent;
+}
+
+std::optional<std::vector<Expr>> states_behind(Expr when, const dae::FirstOrder& form) {
+  const auto place = [](const std::vector<Expr>& list, Expr leaf) {
+    return std::find(list.begin(), list.end(), leaf);
+  };
+  std::vector<Expr> states;
+  // states among the leaves; false: there are z, or derivatives other than `own`
+  const auto collect = [&](Expr e, Expr own) {
+    for (Expr leaf : leaves({&e, 1})) {
+      if (place(form.z, leaf) != form.z.end()) return false;
+      if (leaf != own && place(form.xdot, leaf) != form.xdot.end()) return false;
+      if (place(form.x, leaf) != form.x.end()) states.push_back(leaf);
+    }
+    return true;
+  };
+  if (!collect(when, {})) return {};
+  for (Expr x : std::vector<Expr>(states)) {
+    const Expr slope = form.xdot.begin()[place(form.x, x) - form.x.begin()];
+    for (Expr row : form.F) {
+      const std::vector<Expr> inside = leaves({&row, 1});
+      if (place(inside, slope) != inside.end() && !collect(row, slope)) return {};
+    }
+  }
+  const auto by_id = [](Expr a, Expr b) { return a.id() < b.id(); };
+  std::sort(states.begin(), states.end(), by_id);
+  states.erase(std::unique(states.begin(), states.end()), states.end());
+  return states;
+}
+
+std::string order_remark(double t, Expr when) {
+  return text(
+      "at t = ", rounded(t, 6), " the event ", to_text(when),
+      " = 0 happens at the same moment as another one, which changes how it does: what comes of both may "
+      "depend on their order, which is that of the list");
+}
+
+}  // namespace pendula::integrate

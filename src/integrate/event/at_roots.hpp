@@ -1,0 +1,57 @@
+// Conditions of events that were at their roots where the first of several resets at one moment happened: which of them the
+// resets send across. The third ball of Newton's cradle touches the second, which the first has just hit.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dae/model/first_order.hpp"
+
+namespace pendula::integrate {
+
+class AtRoots {
+ public:
+  /// d condition/dt where the run stands, by the number of its event; 0 or not a number where it is not known.
+  using Slope = std::function<double(int)>;
+  struct Sent {
+    int which;
+    bool order_matters;
+  };
+
+  /// The events by their directions, none of them at its root yet.
+  explicit AtRoots(std::vector<int> directions);
+
+  void measure(double slope);  ///< one that others are measured by
+  double fastest() const { return fastest_; }
+  bool is_leaving(double slope) const;  ///< visibly: blows that send each other back end
+
+  /// The condition of event i is at its root, before the resets and behind them; slope: before; since: the event has happened
+  /// so long ago, or not a number; interval: of the run. After all that is to be measured.
+  void add(std::size_t i, double slope, double since, double interval);
+
+  /// Has the slope of an event that came to its root at this very moment been changed by a reset? Asked once for each.
+  bool order_matters(int which, double now);
+  /// Looks at the slopes since the last reset.
+  void look(const Slope& now) { first_sent(now); }
+  /// The same, and the first event that leaves its root in its direction since it was at rest there, or on its way back.
+  std::optional<Sent> sent_across(const Slope& now);
+
+ private:
+  std::optional<int> first_sent(const Slope& now);
+  std::vector<int> directions_;
+  std::vector<double> slopes_;  ///< before the resets; NaN: not at a root
+  std::vector<char> waits_;     ///< has since been at rest, or on the side that the event comes from
+  std::vector<char> comes_;     ///< has come to its root at this moment, and not happened since
+  double fastest_ = 0;
+};
+
+/// The states that a condition and its slope depend on, by the equations of these states as they are written; nothing where
+/// they hold other unknowns, through which all may matter. Ascending by id. Cost: those equations.
+std::optional<std::vector<Expr>> states_behind(Expr when, const dae::FirstOrder& form);
+
+/// That what comes of events at one moment may depend on their order.
+std::string order_remark(double t, Expr when);
+
+}  // namespace pendula::integrate
