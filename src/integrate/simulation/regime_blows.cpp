@@ -10,7 +10,6 @@
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
 #include "integrate/event/resets.hpp"
-#include "integrate/run/event_handler.hpp"
 #include "integrate/simulation/problem_setup.hpp"
 #include "integrate/simulation/run_parts.hpp"
 
