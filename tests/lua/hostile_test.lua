@@ -371,3 +371,14 @@ test("matrices without columns and searches without unknowns", function()
   fails("nothing can be varied", nlsq, function() return { 1, 2 } end, {})
   fails("empty list", nlsq, function() return {} end, { 1 })
 end)
+
+test("compiled functions at no points give no values", function()
+  local x, y = vars "x y"
+  local q = var("q", 2)
+  local product = fn({ x, y }, x*y)
+  for _, none in ipairs { product(2, vec {}), product(vec {}, 2), product(vec {}, vec {}),
+    product(zeros(0, 2)), fn({ x }, x^2)(vec {}), fn({ q, x }, q[1]*x)(vec { 1, 2 }, vec {}) } do
+    expect(none.rows):equals(0)
+  end
+  expect(function() product(vec { 1, 2 }, vec {}) end):fails "argument 'y' has 0 points, another one 2"
+end)

@@ -174,7 +174,7 @@ Points read_points(Call& call, const CompiledFunction& f) {
                        " per point, not ", m.cols() == 1 ? m.rows() : m.cols()));
     if (m.rows() != 1 && points != 1 && m.rows() != points)
       throw Error(text("argument '", f.names[i], "' has ", m.rows(), " points, another one ", points));
-    points = std::max(points, m.rows());
+    if (m.rows() != 1) points = m.rows();  // none, too
     blocks.push_back(std::move(m));
   }
   Points result{Mat(points, static_cast<Eigen::Index>(f.listed())), points == 1};
