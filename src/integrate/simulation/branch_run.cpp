@@ -12,6 +12,7 @@
 #include "expr/print/print.hpp"
 #include "integrate/simulation/problem_setup.hpp"
 #include "integrate/simulation/run_parts.hpp"
+#include "integrate/simulation/usual_tolerances.hpp"
 #include "integrate/solution/pieces.hpp"
 
 namespace pendula::integrate {
@@ -98,7 +99,7 @@ class Approach {
   /// How far a polynomial serves; 0: not far enough to leave the point.
   double distance_of(const dae::WayExpansion& way) const {
     constexpr double share = 0.1, first = 0.05, least = 1e-6;  // of the tolerance; of the interval
-    const double rtol = simulation_.rtol.all.value_or(1e-6);
+    const double rtol = usual_rtol(simulation_);
     const double interval = simulation_.plan.to - simulation_.plan.from;
     const auto serves = [&](double distance) {
       for (std::size_t j = 0; j < way.derivatives.size(); ++j)

@@ -12,6 +12,7 @@
 #include "integrate/simulation/problem_setup.hpp"
 #include "integrate/simulation/regime_blows.hpp"
 #include "integrate/simulation/run_parts.hpp"
+#include "integrate/simulation/usual_tolerances.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -50,7 +51,7 @@ dae::ConsistentStatePtr translated(const dae::ConsistentStatePtr& at, const dae:
 /// Of the values that a piece ends with: the largest rtol, and the sizes below which atol is what counts.
 dae::Regimes::Tolerance tolerance_of(const dae::Model& model, const Simulation& simulation) {
   const ToleranceRequest &relative = simulation.rtol, &absolute = simulation.atol;
-  dae::Regimes::Tolerance known{relative.all.value_or(1e-6), {}};
+  dae::Regimes::Tolerance known{usual_rtol(simulation), {}};
   const double usual = absolute.all.value_or(1e-3 * known.rtol);
   for (const auto& [leaf, value] : relative.some) known.rtol = std::max(known.rtol, value);
   for (double value : relative.list) known.rtol = std::max(known.rtol, value);

@@ -145,7 +145,7 @@ bool SolutionInParts::continues_at(const dae::ConsistentState& start) const {
   constexpr double most = 1e-2, tolerances = 1e6, most_of_usual_size = 10;
   if (pieces_->empty()) return true;
   const Point end = pieces_->translated(pieces_->last().solution->final());
-  const double share = std::min(tolerances, most_of_usual_size / simulation_.rtol.all.value_or(1e-6));
+  const double share = std::min(tolerances, most_of_usual_size / usual_rtol(simulation_));
   const Vec usual = usual_atol(simulation_, problem_, start_point(*problem_, simulation_));
   for (Eigen::Index i = 0; i < end.x.size(); ++i) {
     const double atol = simulation_.atol.all.value_or(usual[i]);
