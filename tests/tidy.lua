@@ -74,5 +74,12 @@ for _, file in ipairs(source.files("scripts", "*.lua")) do
   end
 end
 
+-- The top level is the README's tree; scripts that are run there leave figures and data behind.
+local top = { ["CMakeLists.txt"] = true, ["CMakePresets.json"] = true, dev = true }
+for file in io.popen("git -C '" .. source.root .. "' ls-files 2>/dev/null"):lines() do
+  local stray = not file:find "/" and not file:find "^%." and not file:find "^%u+%.md$" and not top[file]
+  if stray then findings.report(file, 1, "does not belong to the top level") end
+end
+
 if findings.number > 0 then print(findings.number .. " findings") end
 os.exit(findings.number == 0)
