@@ -5,14 +5,46 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
 #include <unordered_set>
 #include "dae/model/first_order.hpp"
+#include "dae/structure/blocks.hpp"
 #include "integrate/problem/per_equations.hpp"
 #include "integrate/solve/error_sizes.hpp"
 
 namespace pendula::integrate {
 /// Without a branch, unlike std::max.
 static double greater(double a, double b) { return a > b ? a : b; }
+
+/// Unknowns that may have several solutions where those before them are known: equations are taken in blocks, each of
+/// which is solvable after those before it, and a block may have several solutions where its matrix depends on its own
+/// unknowns. Of velocities and accelerations there is one at each position.
+static std::vector<double> ambiguous(const std::vector<Expr>& unknowns,
+                                     const std::vector<Position>& positions,
+                                     const std::vector<Expr>& partials) {
+  const int size = static_cast<int>(unknowns.size());
+  dae::Pattern pattern(unknowns.size());
+  for (const Position& p : positions) pattern[p.row].push_back(p.column);
+  const dae::Blocks blocks = dae::dulmage_mendelsohn(pattern, size);
+  std::vector<std::size_t> block_of_row(unknowns.size()), block_of_column(unknowns.size());
+  for (std::size_t b = 0; b < blocks.square.size(); ++b) {  // what is not square counts as one block
+    for (int row : blocks.square[b].rows) block_of_row[row] = b + 1;
+    for (int column : blocks.square[b].columns) block_of_column[column] = b + 1;
+  }
+  std::vector<std::vector<Expr>> inside(blocks.square.size() + 1);
+  for (std::size_t k = 0; k < positions.size(); ++k)
+    if (const std::size_t b = block_of_row[positions[k].row]; b == block_of_column[positions[k].column])
+      inside[b].push_back(partials[k]);
+  std::unordered_map<Expr, int> column_of;
+  for (int j = 0; j < size; ++j) column_of.emplace(unknowns[j], j);
+  std::vector<double> result(unknowns.size(), 0.0);
+  for (std::size_t b = 0; b < inside.size(); ++b)
+    for (Expr leaf : leaves(inside[b]))
+      if (const auto found = column_of.find(leaf);
+          found != column_of.end() && block_of_column[found->second] == b)
+        result[found->second] = 1;
+  return result;
+}
 
 RhsSolver::Layout RhsSolver::layout_of(const Problem& problem) {
   const dae::FirstOrder& model = problem.model();
@@ -33,8 +65,10 @@ RhsSolver::Layout RhsSolver::layout_of(const Problem& problem) {
     layout.linear = layout.linear && !unknown.count(leaf);
     layout.constant = layout.constant && (fixed.count(leaf) || symbol_of(leaf).kind == Kind::constant);
   }
-  for (const std::vector<Expr>* list : {&model.xdot, &model.z})
-    for (Expr leaf : *list) layout.curved.push_back(inside.count(leaf) ? 1 : 0);
+  std::vector<Expr> unknowns = model.xdot;
+  unknowns.insert(unknowns.end(), model.z.begin(), model.z.end());
+  for (Expr leaf : unknowns) layout.curved.push_back(inside.count(leaf) ? 1 : 0);
+  if (!layout.linear) layout.ambiguous = ambiguous(unknowns, layout.positions, partials);
   layout.values = codegen::Kernel(partials, problem.arguments());
   return layout;
 }
@@ -44,15 +78,18 @@ RhsSolver::RhsSolver(ProblemPtr problem, Stats& stats)
   if (ode_) return;
   static PerEquations<Layout> known;
   const Layout& layout = known.of(*problem_, [&] { return layout_of(*problem_); });
+  positions_ = layout.positions;
   linear_ = layout.linear;
   constant_ = layout.constant;
   curved_ = layout.curved;
+  ambiguous_ = layout.ambiguous;
   usual_.assign(curved_.size(), 0.0);
   jacobian_ = layout.values;
   const auto unknowns = static_cast<std::size_t>(problem_->n() + problem_->m());
   entries_.resize(layout.positions.size());
   r_.resize(unknowns);
   changed_.resize(unknowns);
+  before_.resize(unknowns);
   rounding_.resize(unknowns);
   values_.resize(unknowns + static_cast<std::size_t>(problem_->n()));
   solver_.analyse(static_cast<int>(unknowns), layout.positions);
@@ -250,6 +287,32 @@ bool RhsSolver::renewal_pays(const Progress& progress) const {
   return cost * renewed < kept;
 }
 
+/// The last correction beside the one before it, in units that the equations tell: an unknown j is of the size at which it
+/// would count in one of them, minᵢ maxₖ |Jᵢₖ yₖ|/|Jᵢⱼ|, where it is not larger. The angle of a bar that stays level is 0, and
+/// every correction of it long beside its value.
+double RhsSolver::contraction() {
+  const std::size_t size = r_.size();
+  const double* at = problem_->unknowns() + problem_->n();
+  std::vector<double>&terms = rounding_, &units = changed_;
+  std::fill(terms.begin(), terms.end(), 0.0);
+  std::fill(units.begin(), units.end(), std::numeric_limits<double>::infinity());
+  for (std::size_t k = 0; k < entries_.size(); ++k)
+    terms[positions_[k].row] =
+        greater(terms[positions_[k].row], std::fabs(entries_[k] * at[positions_[k].column]));
+  for (std::size_t k = 0; k < entries_.size(); ++k)
+    if (entries_[k] != 0)
+      units[positions_[k].column] =
+          std::min(units[positions_[k].column], terms[positions_[k].row] / std::fabs(entries_[k]));
+  double now = 0, before = 0;
+  for (std::size_t j = 0; j < size; ++j) {
+    if (ambiguous_[j] == 0) continue;
+    const double unit = greater(units[j], std::fabs(at[j])) + std::numeric_limits<double>::min();
+    now = greater(now, std::fabs(r_[j]) / unit);
+    before = greater(before, std::fabs(before_[j]) / unit);
+  }
+  return now > 0 ? now / before : 0;
+}
+
 bool RhsSolver::newton(double* xdot, double* z, bool near) {
   constexpr double stagnation = 1e-11, fast = 0.25, small = 1e-6, certain = 0.1;
   if (linear_) {
@@ -267,6 +330,7 @@ bool RhsSolver::newton(double* xdot, double* z, bool near) {
     constexpr double far = 0.1;
     const bool fresh = !ready_ || previous > far || k > 2 || renewal_pays(progress);
     if (fresh && !assemble()) return false;
+    std::swap(before_, r_);
     const double now = correct(xdot, z);
     if (std::isnan(now)) return ready_ = false;
     expect(progress, fresh, k == 0);
@@ -277,7 +341,7 @@ bool RhsSolver::newton(double* xdot, double* z, bool near) {
     // unknown; at a double root it would be halved.
     if (k >= 4 && now <= small && now >= 0.75 * previous) return true;
     if (k > 20 && now > 1e3) break;
-    if (near && k > 0 && previous > small && now > slowest * previous) {
+    if (near && k > 0 && previous > small && now > slowest * previous && contraction() > slowest) {
       ready_ = false;
       if (fresh) {
         if (k > 2 && solved_to_rounding()) return true;

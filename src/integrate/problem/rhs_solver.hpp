@@ -43,6 +43,8 @@ class RhsSolver {
     std::vector<Position> positions;
     codegen::Kernel values;
     std::vector<double> curved;  ///< by unknown: 1 where the matrix depends on it, else 0
+    /// By unknown: 1 where it may have several values while the unknowns of the blocks before its own have one.
+    std::vector<double> ambiguous;
     bool linear = true, constant = true;
   };
   static constexpr double rounding = 1e-14;
@@ -60,18 +62,21 @@ class RhsSolver {
     double expected = std::numeric_limits<double>::infinity();  ///< length of the next one, with this matrix
   };
   void expect(Progress& progress, bool fresh, bool first);
+  double contraction();
   bool renewal_pays(const Progress& progress) const;
   bool solved_to_rounding();
   ProblemPtr problem_;
   Stats& stats_;
   codegen::Kernel jacobian_;
+  std::vector<Position> positions_;  ///< of entries_
   std::vector<double> entries_, r_, changed_, rounding_, values_;
-  std::vector<double> begin_;   ///< x′ and z that a search begins with
-  std::vector<double> curved_;  ///< as in Layout
-  std::vector<double> usual_;   ///< size of every unknown, of late
-  double moved_ = 0;            ///< last correction, longest part of all unknowns in units of each
-  double moved_curved_ = 0;     ///< the same of those that the matrix depends on
-  double curvature_ = 1;        ///< δₖ₊₁/δₖ² of Newton's iteration in the solutions so far
+  std::vector<double> before_;              ///< the correction before r_
+  std::vector<double> begin_;               ///< x′ and z that a search begins with
+  std::vector<double> curved_, ambiguous_;  ///< as in Layout
+  std::vector<double> usual_;               ///< size of every unknown, of late
+  double moved_ = 0;         ///< last correction, longest part of all unknowns in units of each
+  double moved_curved_ = 0;  ///< the same of those that the matrix depends on
+  double curvature_ = 1;     ///< δₖ₊₁/δₖ² of Newton's iteration in the solutions so far
   double accuracy_ = rounding;
   LinearSolver<double> solver_;
   bool ode_, linear_ = true, constant_ = true, ready_ = false;
