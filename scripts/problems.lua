@@ -11,7 +11,7 @@ print(problems.reissig)
 print "\nWhere structure alone misleads, and what the program finds"
 print "(index, free values)  structure                      truth  found"
 for _, p in ipairs(problems.list "failure") do
-  if p.index and p.name ~= "robot_arm" then
+  if p.index then
     local sys = p()
     local agrees = sys:index() == p.index and sys:dof() == p.dof
     print(("%-20s  %d, %d   %-22s  %d, %d   %s"):format(p.name, p.structural_index, p.structural_dof,

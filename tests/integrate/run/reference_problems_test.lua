@@ -38,8 +38,7 @@ end
 
 local count = 0
 for _, p in ipairs(problems.list()) do
-  -- its reduction takes seconds
-  if p.to and (p.exact or p.reference) and p.index and p.name ~= "robot_arm" then
+  if p.to and (p.exact or p.reference) and p.index then
     count = count + 1
     test("adaptive: " .. p.name, function()
       local at = p:start()

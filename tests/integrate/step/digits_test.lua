@@ -3,8 +3,7 @@
 local amplified = { car_axis = 10, pendulum_acceleration = 100, cart_pendulum = 10, pendulum = 10,
   pendulum_velocity = 10, ring_modulator = 10, transistor_amplifier = 10,
   squeezer = 10 }                                              -- stiff springs, drift
-local unfit = { robot_arm = true,        -- its reduction takes seconds
-  reissig = true, opamp_integrator = true }  -- x′ and z do not follow from their equations
+local unfit = { reissig = true, opamp_integrator = true }  -- x′ and z do not follow from their equations
 
 local names = { "auto" }
 for _, family in ipairs(method_families()) do
