@@ -77,6 +77,26 @@ test("two peaks in one step", function()
   end
 end)
 
+-- Many peaks behind one another: of a step's middle, the cubic through its ends knows nothing.
+test("no method passes over a row of peaks, nor over one of them", function()
+  local shapes = { function(s) return exp(-25*sin(s)^2) end, function(s) return 1/(0.04 + sin(s)^2) end,
+    function(s) return exp(-s^2)*cos(3*s)^2 end, function(s) return 1/(0.3 + 0.5*s + s^2) end }
+  for k, shape in ipairs(shapes) do
+    for _, w in ipairs { 0.05, 0.5 } do
+      local model = dae { der(x) ~ 1 + 0.3*sin(t), der(y) ~ shape((x - 4.1)/w) - y/5 }
+      local start = { x = 0, y = 0 }
+      local tight = model:integrate { start = start, to = 10, rtol = 1e-10, method = "dop853", dtmax = w/10 }
+      local exact = tight(y, 10)
+      for _, method in ipairs { "verner87", "dop853", "radau", "rodas" } do
+        local value = model:integrate { start = start, to = 10, rtol = 1e-5, method = method }(y, 10)
+        if math.abs(value - exact) > 1e-2*exact then
+          error(("shape %d, w = %g, %s: %g in place of %g"):format(k, w, method, value, exact), 0)
+        end
+      end
+    end
+  end
+end)
+
 test("runs without peaks take the steps they took", function()
   -- an exponent that varies, and has no maximum far above the ends of a step
   local sol = dae { der(x) ~ -x*exp(-x^2), der(y) ~ exp(-x) - y }

@@ -33,6 +33,7 @@ std::vector<Candidate> make_candidates(const Problem& problem) {
   const auto add = [&](Expr u, bool divisor) {
     if (u.is_constant() || !seen.insert(u).second) return;
     const Expr slope = total_derivative(u);
+    if (slope.is_constant() || !all_known(slope, problem)) return;
     list.push_back({u, slope, divisor, !varies(total_derivative(slope), problem)});
   };
   // What happens about v = 0 and is over far from there: u = -v² has its maximum there.
@@ -59,18 +60,23 @@ std::vector<Candidate> make_candidates(const Problem& problem) {
 PeakMonitor::PeakMonitor(const Problem& problem, const Tolerances& tolerances, bool wanted)
     : tolerances_(tolerances) {
   if (!wanted) return;
-  static PerEquations<std::vector<Candidate>> known;
+  static PerEquations<Nodes> known;
+  nodes_ = known.of(problem, [&] { return nodes_of(problem); });
+}
+
+PeakMonitor::Nodes PeakMonitor::nodes_of(const Problem& problem) {
+  Nodes nodes;
   std::vector<Expr> values, slopes;
-  for (const Candidate& c : known.of(problem, [&] { return make_candidates(problem); })) {
-    if (c.slope.is_constant() || !all_known(c.slope, problem)) continue;
+  for (const Candidate& c : make_candidates(problem)) {
     values.push_back(c.u);
     slopes.push_back(c.slope);
-    is_divisor_.push_back(c.divisor);
-    is_parabola_.push_back(c.parabola);
+    nodes.is_divisor.push_back(c.divisor);
+    nodes.is_parabola.push_back(c.parabola);
   }
-  if (values.empty()) return;
+  if (values.empty()) return nodes;
   values.insert(values.end(), slopes.begin(), slopes.end());
-  kernel_ = codegen::Kernel(values, problem.arguments());
+  nodes.kernel = codegen::Kernel(values, problem.arguments());
+  return nodes;
 }
 
 /// Branches and parameters of the run change along its way.
@@ -90,24 +96,31 @@ const ProblemPtr& PeakMonitor::own() {
 }
 
 void PeakMonitor::evaluate(const Point& point, Values& out) {
-  out.resize(kernel_.outputs());
+  out.resize(nodes_.kernel.outputs());
   if (original_->model().u.empty()) {
     arguments_[0] = point.t;
     double* to = arguments_.data() + 1;  // Problem::arguments()
     for (const Vec* part : {&point.x, &point.xdot, &point.z})
       to = std::copy_n(part->data(), part->size(), to);
-    kernel_(arguments_.data(), out.data());
+    nodes_.kernel(arguments_.data(), out.data());
     return;
   }
   own()->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
-  kernel_(own()->values().data(), out.data());
+  nodes_.kernel(own()->values().data(), out.data());
 }
 
 /// On the cubic through the ends of a step; slopes by shares of it.
-void PeakMonitor::look(const Point& from, const Point& to, double share, Values& out) {
-  hermite(from, to, share, inside_);
-  evaluate(inside_, out);
-  for (std::size_t i = nodes(); i < out.size(); ++i) out[i] *= to.t - from.t;
+void PeakMonitor::look(const Point& from, const Point& to, double share, Sample& out) {
+  out.share = share;
+  if (share == 0) {
+    out.values = last_;
+  } else if (share == 1) {
+    out.values = next_;
+  } else {
+    hermite(from, to, share, inside_);
+    evaluate(inside_, out.values);
+  }
+  for (std::size_t i = nodes(); i < out.values.size(); ++i) out.values[i] *= to.t - from.t;
 }
 
 void PeakMonitor::restart(const ProblemPtr& problem, const Point& point) {
@@ -137,63 +150,113 @@ double PeakMonitor::missed(const ProblemPtr& problem, const Point& from, const P
 /// A tangent at one of the ends leads far enough for a peak, and there may be one.
 bool PeakMonitor::varies_fast(double dt) const {
   for (std::size_t i = 0; i < nodes(); ++i) {
-    if (is_parabola_[i] && !turns(i, last_, next_)) continue;
+    if (nodes_.is_parabola[i] && !turns(i, last_, next_)) continue;
     const double reach = std::max(std::fabs(last_[nodes() + i]), std::fabs(next_[nodes() + i])) * dt;
-    const double size = is_divisor_[i] ? 0.5 * std::min(std::fabs(last_[i]), std::fabs(next_[i])) : high;
+    const double size =
+        nodes_.is_divisor[i] ? 0.5 * std::min(std::fabs(last_[i]), std::fabs(next_[i])) : high;
     if (reach > size) return true;
   }
   return false;
 }
 
-/// The pieces of a step one after the other: several peaks may lie in it.
+/// By how many tolerances; 0 where there is none.
 double PeakMonitor::passes_peak(const Point& from, const Point& to) {
-  constexpr int pieces = 8;
-  int searched = 0;
-  Sample low, behind;
-  look(from, to, 0, low.values);
-  for (int k = 1; k <= pieces; ++k) {
-    behind.share = static_cast<double>(k) / pieces;
-    look(from, to, behind.share, behind.values);
-    for (std::size_t i = 0; i < nodes(); ++i) {
-      if (!turns(i, low.values, behind.values) || ++searched > most_searched) continue;
-      const auto peak = peak_between(i, low, behind, from, to);
-      const double off = peak ? matters(*peak, from, to) : 0;
-      if (off > 0) return off;
-    }
-    std::swap(low, behind);
+  searched_ = 0;
+  look(from, to, 0, begin_);
+  look(from, to, 1, end_);
+  return passes_peak(begin_, end_, 0, from, to);
+}
+
+/// Halves, until what is in the middle of a part follows from its ends: several peaks may lie in a step.
+double PeakMonitor::passes_peak(const Sample& low, const Sample& behind, int depth, const Point& from,
+                                const Point& to) {
+  if (depth < deepest) {
+    Sample& middle = middles_[depth];
+    look(from, to, (low.share + behind.share) / 2, middle);
+    if (shows_no_peak(low, middle, behind)) return 0;
+    const double off = passes_peak(low, middle, depth + 1, from, to);
+    return off > 0 ? off : passes_peak(middle, behind, depth + 1, from, to);
+  }
+  for (std::size_t i = 0; i < nodes(); ++i) {
+    if (!turns(i, low.values, behind.values) || !may_reach_peak(i, low, behind)) continue;
+    if (++searched_ > most_searched) break;
+    const auto peak = peak_between(i, low, behind, from, to);
+    const double off = peak ? matters(*peak, from, to) : 0;
+    if (off > 0) return off;
   }
   return 0;
+}
+
+/// How high ± u must be for a peak, more than e² times as high as the ends of the step: the stages see others.
+double PeakMonitor::peak_height(std::size_t i) const {
+  constexpr double least_exponent = -60;
+  if (!nodes_.is_divisor[i]) return std::max(std::max(last_[i], next_[i]) + high, least_exponent);
+  if (!(last_[i] * next_[i] > 0)) return std::numeric_limits<double>::infinity();  // a pole, not a peak
+  return -std::min(std::fabs(last_[i]), std::fabs(next_[i])) * std::exp(-high);
+}
+
+/// No node gets as high as a peak between two samples: not the cubics from them to the middle, which lie between their
+/// control points, and not if they err by several times what the cubic through the two samples errs by in the middle.
+bool PeakMonitor::shows_no_peak(const Sample& low, const Sample& middle, const Sample& behind) const {
+  constexpr double several = 8;
+  constexpr double of_slope = 0.143;  // greatest value of s²(1-s)²(s-½), beside its slope at ½
+  const double width = behind.share - low.share, third = width / 6;  // of the way to the middle
+  for (std::size_t i = 0; i < nodes(); ++i) {
+    const double height = peak_height(i);
+    if (height == std::numeric_limits<double>::infinity()) continue;
+    if (nodes_.is_parabola[i] && !turns(i, last_, next_)) continue;
+    const double side = nodes_.is_divisor[i] && last_[i] > 0 ? -1 : 1;
+    const std::size_t slope = nodes() + i;
+    const double a = side * low.values[i], m = side * middle.values[i], b = side * behind.values[i];
+    const double da = side * low.values[slope], dm = side * middle.values[slope],
+                 db = side * behind.values[slope];
+    const double error = std::fabs((a + b) / 2 + width * (da - db) / 8 - m);
+    const double slope_error = std::fabs(1.5 * (b - a) - width * ((da + db) / 4 + dm));
+    const double highest = std::max({a, b, m, a + third * da, b - third * db, m + third * std::fabs(dm)});
+    if (!(highest + several * (error + of_slope * slope_error) < height)) return false;
+  }
+  return true;
+}
+
+/// A tangent at one of two samples leads as high as a peak before the other.
+bool PeakMonitor::may_reach_peak(std::size_t i, const Sample& low, const Sample& behind) const {
+  const double side = nodes_.is_divisor[i] && last_[i] > 0 ? -1 : 1, width = behind.share - low.share;
+  const double before = side * (low.values[i] + width * low.values[nodes() + i]);
+  const double after = side * (behind.values[i] - width * behind.values[nodes() + i]);
+  return !(std::max(before, after) < peak_height(i));
 }
 
 /// An exponent rises at the first and no longer at the second, which may be the top itself; the size of a divisor the
 /// other way round.
 bool PeakMonitor::turns(std::size_t i, const Values& low, const Values& behind) const {
-  const double side = !is_divisor_[i] ? 1 : low[i] > 0 ? -1 : 1;
-  const bool same_sign = !is_divisor_[i] || low[i] * behind[i] > 0;
+  const double side = !nodes_.is_divisor[i] ? 1 : low[i] > 0 ? -1 : 1;
+  const bool same_sign = !nodes_.is_divisor[i] || low[i] * behind[i] > 0;
   return same_sign && side * low[nodes() + i] > 0 && side * behind[nodes() + i] <= 0;
 }
 
-/// Bisection for the top, where it is more than e² times as high as the ends of the step: the stages see others.
-std::optional<PeakMonitor::Peak> PeakMonitor::peak_between(std::size_t i, Sample low, Sample behind,
-                                                           const Point& from, const Point& to) {
-  constexpr double least_exponent = -60, narrowest = 1e-6, least_width = 1e-4;
-  const bool divisor = is_divisor_[i];
-  const double side = !divisor ? 1 : low.values[i] > 0 ? -1 : 1;
-  Sample middle;
-  while (behind.share - low.share > narrowest) {
-    middle.share = (low.share + behind.share) / 2;
-    look(from, to, middle.share, middle.values);
-    if (divisor && !(middle.values[i] * side < 0)) return {};  // a zero: a pole, or beside one
-    std::swap(side * middle.values[nodes() + i] > 0 ? low : behind, middle);
+/// Bisection for the top, while it may be that of a peak.
+std::optional<PeakMonitor::Peak> PeakMonitor::peak_between(std::size_t i, const Sample& low,
+                                                           const Sample& behind, const Point& from,
+                                                           const Point& to) {
+  constexpr double narrowest = 1e-6, least_width = 1e-4;
+  const bool divisor = nodes_.is_divisor[i];
+  const double side = divisor && last_[i] > 0 ? -1 : 1;
+  low_ = low;
+  behind_ = behind;
+  while (behind_.share - low_.share > narrowest) {
+    if (!may_reach_peak(i, low_, behind_)) return {};
+    look(from, to, (low_.share + behind_.share) / 2, middle_);
+    if (divisor && !(middle_.values[i] * side < 0)) return {};  // a zero: a pole, or beside one
+    std::swap(side * middle_.values[nodes() + i] > 0 ? low_ : behind_, middle_);
   }
-  const double top = side * low.values[i], end = std::max(side * last_[i], side * next_[i]);
-  if (divisor ? !(-top * std::exp(high) < -end) : !(top - end > high) || top < least_exponent) return {};
-  const double width = half_width(low.share, [&](double share) {
-    look(from, to, share, middle.values);
-    const double there = side * middle.values[i];
+  const double top = side * low_.values[i];
+  if (!(top > peak_height(i))) return {};
+  const double width = half_width(low_.share, [&](double share) {
+    look(from, to, share, middle_);
+    const double there = side * middle_.values[i];
     return divisor ? there <= 2 * top : there <= top - 0.5;
   });
-  return Peak{low.share, divisor ? std::max(width, least_width) : width};
+  return Peak{low_.share, divisor ? std::max(width, least_width) : width};
 }
 
 /// How far from a top, as a share of the step, the peak has fallen: to e^{-1/2} of it, or half of 1/d. The mean of both

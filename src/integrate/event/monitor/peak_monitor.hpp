@@ -19,7 +19,8 @@ namespace pendula::integrate {
 class PeakMonitor {
  public:
   /// Exponents and divisors of a problem of index 0 or 1, in t and x. wanted = false: none. Cost after every step: one
-  /// evaluation of them and their derivatives; nine where they vary fast; nothing where there are none.
+  /// evaluation of them and their derivatives; two where they vary fast, up to eight where cubics do not follow them;
+  /// nothing where there are none.
   PeakMonitor(const Problem& problem, const Tolerances& tolerances, bool wanted);
 
   /// The run begins at a point, or has jumped to it. problem: with its branches, as it is integrated now.
@@ -44,15 +45,27 @@ class PeakMonitor {
   struct Peak {
     double at, width;
   };
+  /// What follows from the equations alone.
+  struct Nodes {
+    std::vector<char> is_divisor;   ///< of every node
+    std::vector<char> is_parabola;  ///< in t: turns inside a step where its slopes at the ends say so
+    codegen::Kernel kernel;         ///< u of all nodes, then their slopes
+  };
   static constexpr int most_searched = 16;  ///< peaks in a step
+  static constexpr int deepest = 3;         ///< halvings of a step
 
-  std::size_t nodes() const { return is_divisor_.size(); }
+  static Nodes nodes_of(const Problem& problem);
+  std::size_t nodes() const { return nodes_.is_divisor.size(); }
   void evaluate(const Point& point, Values& out);
-  void look(const Point& from, const Point& to, double share, Values& out);
+  void look(const Point& from, const Point& to, double share, Sample& out);
   bool varies_fast(double dt) const;
   double passes_peak(const Point& from, const Point& to);
+  double passes_peak(const Sample& low, const Sample& behind, int depth, const Point& from, const Point& to);
+  bool shows_no_peak(const Sample& low, const Sample& middle, const Sample& behind) const;
+  double peak_height(std::size_t i) const;
+  bool may_reach_peak(std::size_t i, const Sample& low, const Sample& behind) const;
   bool turns(std::size_t i, const Values& low, const Values& behind) const;
-  std::optional<Peak> peak_between(std::size_t i, Sample low, Sample behind, const Point& from,
+  std::optional<Peak> peak_between(std::size_t i, const Sample& low, const Sample& behind, const Point& from,
                                    const Point& to);
   template <class Fallen>
   double half_width(double top, const Fallen& has_fallen);
@@ -64,10 +77,11 @@ class PeakMonitor {
   ProblemPtr own_;
   Values arguments_;  ///< of the kernel, where the model has no inputs
   Tolerances tolerances_;
-  std::vector<char> is_divisor_;   ///< of every node
-  std::vector<char> is_parabola_;  ///< in t: turns inside a step where its slopes at the ends say so
-  codegen::Kernel kernel_;
-  Values last_, next_;  ///< at the ends of the last step
+  Nodes nodes_;
+  Values last_, next_;                     ///< at the ends of the last step
+  Sample begin_, end_, middles_[deepest];  ///< slopes by shares of the step
+  Sample low_, behind_, middle_;           ///< of a search
+  int searched_ = 0;
   Stats ignored_;
   std::unique_ptr<RhsSolver> rhs_;
   Point inside_;
