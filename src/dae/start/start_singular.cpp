@@ -218,39 +218,53 @@ void require_regular_point(const ModelPtr& model, const StartSystem& s, const Ve
       "\n  Start near it: another time, or other values in fix or guess", redundancy_hint(model, open)));
 }
 
+/// Rows and columns of what is not given: fixed values are exact, and so are the rows that fix them.
+static std::pair<std::vector<Index>, std::vector<Index>> what_is_not_fixed(const StartSystem& s) {
+  const std::vector<char> fixed = s.fixed();
+  std::pair<std::vector<Index>, std::vector<Index>> list;
+  for (std::size_t i = 0; i < s.rows.size(); ++i)
+    if (i < s.first_fix || !s.fixed_unknown(i - s.first_fix)) list.first.push_back(static_cast<Index>(i));
+  for (std::size_t j = 0; j < fixed.size(); ++j)
+    if (!fixed[j]) list.second.push_back(static_cast<Index>(j));
+  return list;
+}
+
 /// J⁻¹ (F(w + δ) - F(w) - J δ), δ some units in the last places: what the rounding errors of the residuals become.
 static Vec rounding_in_unknowns(const StartSystem& s, const Vec& w) {
   constexpr int looks = 3;
-  const Mat J = s.jacobian(w);
+  const auto [rows, columns] = what_is_not_fixed(s);
+  const Eigen::SparseMatrix<double> J = s.jacobian(w);
   const Vec here = s.residual(w);
   Vec worst = Vec::Zero(w.size());
-  if (!J.allFinite() || !here.allFinite()) return worst;
+  if (!here.allFinite() || rows.empty() || columns.empty()) return worst;
+  Mat scaled = Mat(J)(rows, columns);
+  if (!scaled.allFinite()) return worst;
   const auto inverse_of_largest = [](const auto& list) {
     const double largest = list.cwiseAbs().maxCoeff();
     return largest > 0 ? 1 / largest : 1.0;
   };
-  Vec row(J.rows()), column(J.cols());
-  for (Index i = 0; i < J.rows(); ++i) row[i] = inverse_of_largest(J.row(i));
-  const Mat by_rows = row.asDiagonal() * J;
-  for (Index j = 0; j < J.cols(); ++j) column[j] = inverse_of_largest(by_rows.col(j));
-  const Mat scaled = by_rows * column.asDiagonal();
-  // Elimination keeps apart what hangs on numbers of 10²⁰⁰ and what does not, as reflections do not.
-  std::function<Vec(const Vec&)> solution;
-  if (J.rows() == J.cols())
-    solution = [lu = Eigen::PartialPivLU<Mat>(scaled)](const Vec& r) { return Vec(lu.solve(r)); };
-  else
-    solution = [qr = Eigen::CompleteOrthogonalDecomposition<Mat>(scaled)](const Vec& r) {
-      return Vec(qr.solve(r));
-    };
+  Vec row(scaled.rows()), column(scaled.cols());
+  for (Index i = 0; i < scaled.rows(); ++i) scaled.row(i) *= row[i] = inverse_of_largest(scaled.row(i));
+  for (Index j = 0; j < scaled.cols(); ++j) scaled.col(j) *= column[j] = inverse_of_largest(scaled.col(j));
+  Mat noise = Mat::Zero(scaled.rows(), looks);
   for (int look = 0; look < looks; ++look) {
     Vec moved = w;
     for (Index j = 0; j < w.size(); ++j)
       moved[j] *= 1 + eps * static_cast<double>((5 * j + 4 * look) % 9 - 4);
     const Vec linear = J * Vec((moved - w).cwiseQuotient(s.unit));
-    const Vec noise = row.cwiseProduct(Vec(s.residual(moved) - here - linear));
-    if (!noise.allFinite()) continue;
-    const Vec moves = solution(noise);
-    if (moves.allFinite()) worst = worst.cwiseMax(column.cwiseProduct(moves).cwiseProduct(s.unit).cwiseAbs());
+    const Vec off = s.residual(moved) - here - linear;
+    if (off.allFinite()) noise.col(look) = row.cwiseProduct(Vec(off(rows)));
+  }
+  // Elimination keeps apart what hangs on numbers of 10²⁰⁰ and what does not, as reflections do not.
+  const Mat moves = scaled.rows() == scaled.cols()
+                        ? Mat(Eigen::PartialPivLU<Mat>(scaled).solve(noise))
+                        : Mat(Eigen::CompleteOrthogonalDecomposition<Mat>(scaled).solve(noise));
+  for (int look = 0; look < looks; ++look) {
+    if (!moves.col(look).allFinite()) continue;
+    for (Index k = 0; k < moves.rows(); ++k) {
+      const Index j = columns[k];
+      worst[j] = std::max(worst[j], std::fabs(column[k] * moves(k, look)) * s.unit[j]);
+    }
   }
   return worst;
 }

@@ -41,42 +41,6 @@ bool can_pulse(Expr e) {
   });
 }
 
-/// The maximal subexpressions of t and parameters that may pulse.
-std::vector<Expr> functions_of_time(std::span<const Expr> equations, const std::vector<Expr>& parameters) {
-  const std::unordered_set<Expr> known(parameters.begin(), parameters.end());
-  std::unordered_set<Expr> timely, constant;
-  std::vector<Expr> found;
-  for (Expr node : topological(equations)) {
-    if (node.is_constant() || known.count(node) ||
-        (node.is_symbol() && symbol_of(node).kind == Kind::constant)) {
-      constant.insert(node);
-      continue;
-    }
-    if (node == time_symbol()) {
-      timely.insert(node);
-      continue;
-    }
-    if (node.is_symbol() || node.op() == Op::call || node.op() == Op::solve) continue;
-    const auto parts = node.operands();
-    const auto is_time = [&](Expr e) { return timely.count(e) > 0; };
-    const auto is_either = [&](Expr e) { return is_time(e) || constant.count(e) > 0; };
-    if (std::all_of(parts.begin(), parts.end(), is_either)) {
-      const bool any = std::any_of(parts.begin(), parts.end(), is_time);
-      (any ? timely : constant).insert(node);
-    } else {
-      const bool divides = node.op() == Op::div;  // then the inverse is what may have pulses
-      for (std::size_t i = 0; i < parts.size(); ++i)
-        if (is_time(parts[i])) found.push_back(divides && i == 1 ? Expr(1) / parts[i] : parts[i]);
-    }
-  }
-  for (Expr e : equations)
-    if (timely.count(e)) found.push_back(e);
-  std::sort(found.begin(), found.end(), [](Expr a, Expr b) { return a.id() < b.id(); });
-  found.erase(std::unique(found.begin(), found.end()), found.end());
-  std::erase_if(found, [](Expr e) { return !can_pulse(e); });
-  return found;
-}
-
 /// Samples first … last of one function, between which it has moved; it is at rest before
 /// `rest_before` and behind `rest_behind`.
 struct Pulse {
@@ -141,10 +105,44 @@ double sample_time(int k, double from, double to) { return from + (to - from) * 
 
 }  // namespace
 
-std::vector<double> pulse_times(std::span<const Expr> equations, const std::vector<Expr>& parameters,
+std::vector<Expr> functions_of_time(std::span<const Expr> equations, const std::vector<Expr>& parameters) {
+  const std::unordered_set<Expr> known(parameters.begin(), parameters.end());
+  std::unordered_set<Expr> timely, constant;
+  std::vector<Expr> found;
+  for (Expr node : topological(equations)) {
+    if (node.is_constant() || known.count(node) ||
+        (node.is_symbol() && symbol_of(node).kind == Kind::constant)) {
+      constant.insert(node);
+      continue;
+    }
+    if (node == time_symbol()) {
+      timely.insert(node);
+      continue;
+    }
+    if (node.is_symbol() || node.op() == Op::call || node.op() == Op::solve) continue;
+    const auto parts = node.operands();
+    const auto is_time = [&](Expr e) { return timely.count(e) > 0; };
+    const auto is_either = [&](Expr e) { return is_time(e) || constant.count(e) > 0; };
+    if (std::all_of(parts.begin(), parts.end(), is_either)) {
+      const bool any = std::any_of(parts.begin(), parts.end(), is_time);
+      (any ? timely : constant).insert(node);
+    } else {
+      const bool divides = node.op() == Op::div;  // then the inverse is what may have pulses
+      for (std::size_t i = 0; i < parts.size(); ++i)
+        if (is_time(parts[i])) found.push_back(divides && i == 1 ? Expr(1) / parts[i] : parts[i]);
+    }
+  }
+  for (Expr e : equations)
+    if (timely.count(e)) found.push_back(e);
+  std::sort(found.begin(), found.end(), [](Expr a, Expr b) { return a.id() < b.id(); });
+  found.erase(std::unique(found.begin(), found.end()), found.end());
+  std::erase_if(found, [](Expr e) { return !can_pulse(e); });
+  return found;
+}
+
+std::vector<double> pulse_times(const std::vector<Expr>& functions, const std::vector<Expr>& parameters,
                                 std::span<const double> values, double from, double to) {
   constexpr int longest = cells / 30;
-  const std::vector<Expr> functions = functions_of_time(equations, parameters);
   if (functions.empty()) return {};
   std::vector<Expr> arguments{time_symbol()};
   arguments.insert(arguments.end(), parameters.begin(), parameters.end());

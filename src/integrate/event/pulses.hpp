@@ -13,11 +13,14 @@
 
 namespace pendula::integrate {
 
+/// The maximal subexpressions of t and parameters that may have pulses.
+std::vector<Expr> functions_of_time(std::span<const Expr> equations, const std::vector<Expr>& parameters);
+
 /// Times inside [from, to], ascending, at which steps should end so that no pulse is passed over: eleven for each
-/// pulse, that is a change of a maximal subexpression of t alone, to and fro or once, that is shorter than a
+/// pulse, that is a change of one of the functions of time, to and fro or once, that is shorter than a
 /// thirtieth of the interval, with rest before (or the beginning of the run) and behind it. Pulses are seen that are longer than some 1/2000 of
 /// the interval. parameters and their values.
-std::vector<double> pulse_times(std::span<const Expr> equations, const std::vector<Expr>& parameters,
+std::vector<double> pulse_times(const std::vector<Expr>& functions, const std::vector<Expr>& parameters,
                                 std::span<const double> values, double from, double to);
 
 /// The same of functions that are known by their values alone, and of changes that take longer, too: where nothing else

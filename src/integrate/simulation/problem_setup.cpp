@@ -254,7 +254,9 @@ static void add_pulses(Plan& plan, const Problem& problem) {
   if (contains_time(problem)) {
     const dae::FirstOrder& form = problem.model();
     const std::span<const double> values(problem.values());
-    const auto own = pulse_times(form.F, form.p, values.last(form.p.size()), plan.from, plan.to);
+    static PerEquations<std::vector<Expr>> known;
+    const auto& functions = known.of(problem, [&] { return functions_of_time(form.F, form.p); });
+    const auto own = pulse_times(functions, form.p, values.last(form.p.size()), plan.from, plan.to);
     pulses.insert(pulses.end(), own.begin(), own.end());
   }
   if (pulses.empty()) return;
