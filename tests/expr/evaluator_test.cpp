@@ -1,4 +1,5 @@
 // The evaluator against evaluate(), which finds the order of operations anew.
+#include <algorithm>
 #include <cmath>
 
 #include <doctest/doctest.h>
@@ -36,6 +37,35 @@ TEST_CASE("evaluator: the components of a linear system") {
   const auto values = f(at);
   CHECK(values[0] == doctest::Approx(-1.0 / 13 * 3).epsilon(1e-14));
   CHECK(values[1] == doctest::Approx(22.0 / 13).epsilon(1e-14));
+}
+
+TEST_CASE("evaluator: rounding errors are bounded, and not by much more than they are") {
+  const Expr x = symbol(Kind::variable, "x"), y = symbol(Kind::variable, "y");
+  MatX A(2, 2);
+  A << 1 + x, Expr(1), Expr(1), 1 + y;
+  VecX b(2);
+  b << y, Expr(1);
+  const std::vector<Expr> leaves{x, y};
+  const std::vector<Expr> outputs{((1 + x) - 1) - x, tan(1e8 * x) - sin(1e8 * x) / cos(1e8 * x),
+                                  sqrt(abs(((1 + x) - 1) - x)),
+                                  pow(sin(1e7 * x), 2) + pow(cos(1e7 * x), 2) - 1, linear_solution(A, b)[0]};
+  const Evaluator f(outputs, leaves);
+  // exact: 0, 0, 0, 0, (y (1 + y) - 1)/(x + y + x y) with the last digits of x and y
+  double worst[5] = {0, 0, 0, 0, 0};
+  for (int k = 1; k <= 200; ++k) {
+    const std::vector<double> at{1e-8 * k / 3, 1e-6 * k / 7};
+    const auto value = f(at), bound = f.rounding_errors(at);
+    const long double p = at[0], q = at[1];
+    const long double exact[5] = {0, 0, 0, 0, (q * (1 + q) - 1) / (p + q + p * q)};
+    for (int i = 0; i < 5; ++i) {
+      const double error = std::fabs(static_cast<double>(value[i] - exact[i]));
+      const double share = error == 0 ? 0 : error / bound[i];
+      CAPTURE(i);
+      CHECK(share <= 1);
+      worst[i] = std::max(worst[i], share);
+    }
+  }
+  for (double share : worst) CHECK(share > 0.01);
 }
 
 TEST_CASE("evaluator: what has no value is named") {

@@ -16,4 +16,12 @@ std::optional<Vec> solve_by_lu(const Eigen::SparseMatrix<double>& A, const Vec& 
 /// vanishes; inaccurate where one nearly does.
 std::optional<Vec> solve_by_ldlt(const Eigen::SparseMatrix<double>& A, const Vec& b);
 
+/// d with J d = -r where the rows and columns that are not zero make a square, regular system (what is left once the
+/// states are held); 0 elsewhere.
+std::optional<Vec> square_step(const Eigen::SparseMatrix<double>& J, const Vec& r);
+
+/// [I J; Jᵀ -μ² I] [y; d] = [-r; 0]: d minimises ‖J d + r‖² + μ² ‖d‖². Without pivoting where that is
+/// accurate, else with it.
+Vec sparse_least_step(const Eigen::SparseMatrix<double>& J, const Vec& r);
+
 }  // namespace pendula::dae

@@ -98,7 +98,8 @@ using ConsistentStatePtr = std::shared_ptr<const ConsistentState>;
 /// the units of the unknowns: the result does not depend on the units that the model is written in).
 ///
 /// requires  a model whose structural analysis is regular, or can be regularised
-/// returns   values with every scaled residual below 1e-10
+/// returns   values at which every equation holds to the rounding errors of its evaluation; fixed values that others
+///           determine may be off by 1e-9
 /// throws    Error for conflicting fixes (names the fewest that conflict and the equation that they violate),
 ///           for values that are neither fixed nor determined (names the candidates, the null vector, and a
 ///           call that works), for equations without value at the guess, for parameters or inputs without

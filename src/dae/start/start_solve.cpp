@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
+#include <utility>
 
 #include "base/decompositions.hpp"
 #include "base/interrupt.hpp"
@@ -72,65 +74,18 @@ Vec row_weights(const Sparse& J) {
   return weight.unaryExpr([](double largest) { return largest > 0 ? 1 / largest : 1; });
 }
 
-/// Rows and columns that are not zero make a square, regular system (what is left once the states are held):
-/// its solution.
-std::optional<Vec> square_step(const Sparse& J, const Vec& r) {
-  constexpr double accurate = 1e-10;
-  std::vector<int> row(static_cast<std::size_t>(J.rows()), -1),
-      column(static_cast<std::size_t>(J.cols()), -1);
-  for (Index j = 0; j < J.outerSize(); ++j)
-    for (Sparse::InnerIterator it(J, j); it; ++it)
-      if (it.value() != 0) row[it.row()] = column[j] = 0;
-  int rows = 0, columns = 0;
-  for (int& i : row)
-    if (i == 0) i = rows++;
-  for (int& j : column)
-    if (j == 0) j = columns++;
-  if (rows != columns || rows == 0) return {};
-  std::vector<Eigen::Triplet<double>> entries;
-  for (Index j = 0; j < J.outerSize(); ++j)
-    for (Sparse::InnerIterator it(J, j); it; ++it)
-      if (it.value() != 0) entries.emplace_back(row[it.row()], column[j], it.value());
-  Sparse A(rows, rows);
-  A.setFromTriplets(entries.begin(), entries.end());
-  A.makeCompressed();
-  Vec b(rows);
-  for (std::size_t i = 0; i < row.size(); ++i)
-    if (row[i] >= 0) b[row[i]] = -r[static_cast<Index>(i)];
-  const auto solution = solve_by_lu(A, b);
-  if (!solution) return {};
-  const Vec& x = *solution;
-  if (!x.allFinite() || (b - A * x).norm() > accurate * b.norm()) return {};
-  Vec d = Vec::Zero(J.cols());
-  for (std::size_t j = 0; j < column.size(); ++j)
-    if (column[j] >= 0) d[static_cast<Index>(j)] = x[column[j]];
-  return d;
-}
-
-/// [I J; Jᵀ -μ² I] [y; d] = [-r; 0]: d minimises ‖J d + r‖² + μ² ‖d‖². Without pivoting where that is
-/// accurate, else with it.
-Vec sparse_least_step(const Sparse& J, const Vec& r) {
-  constexpr double mu_squared = 1e-12, accurate = 1e-9;
-  const Index m = J.rows(), n = J.cols();
-  std::vector<Eigen::Triplet<double>> entries;
-  for (Index i = 0; i < m; ++i) entries.emplace_back(i, i, 1);
-  for (Index j = 0; j < n; ++j) entries.emplace_back(m + j, m + j, -mu_squared);
-  for (Index j = 0; j < J.outerSize(); ++j)
-    for (Sparse::InnerIterator it(J, j); it; ++it) {
-      entries.emplace_back(m + j, it.row(), it.value());
-      entries.emplace_back(it.row(), m + j, it.value());
-    }
-  Sparse K(m + n, m + n);
-  K.setFromTriplets(entries.begin(), entries.end());
-  Vec right = Vec::Zero(m + n);
-  right.head(m) = -r;
-  if (const auto x = solve_by_ldlt(K, right);
-      x && x->allFinite() && (right - K * *x).norm() <= accurate * right.norm())
-    return x->tail(n);
-  poll_interrupt();
-  K.makeCompressed();
-  const auto x = solve_by_lu(K, right);
-  return x ? Vec(x->tail(n)) : Vec::Constant(n, NAN);
+/// Divides rows and columns by their largest entries, in turn: the factors by which both were multiplied.
+std::pair<Vec, Vec> balance(Mat& A) {
+  Vec row = Vec::Ones(A.rows()), column = Vec::Ones(A.cols());
+  for (int sweep = 0; sweep < 3; ++sweep) {
+    const Vec r = A.cwiseAbs().rowwise().maxCoeff().cwiseInverse();
+    A = r.asDiagonal() * A;
+    row = row.cwiseProduct(r);
+    const Vec c = A.cwiseAbs().colwise().maxCoeff().cwiseInverse();
+    A = A * c.asDiagonal();
+    column = column.cwiseProduct(c);
+  }
+  return {row, column};
 }
 
 /// The smallest d that minimises ‖J d + r‖.
@@ -156,6 +111,55 @@ Vec least_step(const Sparse& J, const Vec& r) {
   return sparse_least_step(J, r);
 }
 
+/// A step with J d = -r in which every row and column counts alike, however large its numbers are.
+Vec balanced_step(const Sparse& J, const Vec& r) {
+  if (J.cols() > dense_up_to) return least_step(J, r);
+  Mat A(J);
+  std::vector<Index> rows, columns;
+  for (Index i = 0; i < A.rows(); ++i)
+    if (A.row(i).any()) rows.push_back(i);
+  for (Index j = 0; j < A.cols(); ++j)
+    if (A.col(j).any()) columns.push_back(j);
+  if (rows.empty()) return Vec::Zero(J.cols());
+  A = Mat(A(rows, columns));
+  const Vec right = -r(rows);
+  std::optional<Vec> part = solve_by_blocks(A, right);
+  if (!part) {
+    const auto [row, column] = balance(A);
+    Eigen::CompleteOrthogonalDecomposition<Mat> qr;
+    qr.setThreshold(1e-13);  // what is less in balanced units is rounding
+    qr.compute(A);
+    part = column.cwiseProduct(Vec(qr.solve(Vec(row.cwiseProduct(right)))));
+  }
+  Vec d = Vec::Zero(J.cols());
+  d(columns) = *part;
+  return d;
+}
+
+/// Is every residual as small as rounding makes it? Where it is not, steps follow as long as they halve the worst one beside
+/// its rounding errors; false, and w as it was, where that does not lead there. The errors are those of the evaluation at
+/// w, whose digits are rounded too, and those of numbers as large as the units. Of 5000 starts of the tests those that
+/// are solutions exceeded them by factors up to 6, the others by 70 and more.
+bool refine(const StartSystem& s, const Selected& system, Vec& w) {
+  constexpr double rounding = std::numeric_limits<double>::epsilon() / 2, allowed = 16;
+  double before = INFINITY;
+  for (Vec at = w;;) {
+    const Vec r = system.residual(at);
+    const Sparse J = system.jacobian(at);
+    if (!r.allFinite() || !finite(J)) return false;
+    const Vec omega = at.cwiseQuotient(s.unit).cwiseAbs();
+    const Vec error = s.rounding_errors(at) + rounding * (Vec::Ones(r.size()) + J.cwiseAbs() * omega);
+    const double excess = r.size() ? r.cwiseAbs().cwiseQuotient(error).maxCoeff() : 0;
+    if (excess <= allowed) {
+      w = at;
+      return true;
+    }
+    if (!(excess <= before / 2)) return false;
+    before = excess;
+    at += balanced_step(J, r).cwiseProduct(s.unit);
+  }
+}
+
 /// What has no guess moves a thousand times more readily than a state that has one; algebraic variables and
 /// derivatives, which follow from the states, thirty times.
 Vec reaches(const StartSystem& s) {
@@ -170,8 +174,8 @@ Vec reaches(const StartSystem& s) {
 
 }  // namespace
 
-StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selection) {
-  const Selected system(s, selection);
+/// Damped Gauss-Newton until no step makes it better.
+static StartSolution descend(const StartSystem& s, const Selected& system, Vec w) {
   const Vec reach = reaches(s);
   StartSolution out;
   out.w = w;
@@ -189,7 +193,7 @@ StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selecti
     const Vec omega = w.cwiseQuotient(s.unit);
     out.w = w;
     out.residual = relative(r, J, omega);
-    if (out.residual.size() == 0 || out.residual.maxCoeff() < solved_below) out.solved = true;
+    out.solved = out.residual.size() == 0 || out.residual.maxCoeff() < solved_below;
     if (r.norm() == 0) break;
     const Vec weight = row_weights(J);
     const Sparse weighted = weight.asDiagonal() * J * reach.asDiagonal();
@@ -222,6 +226,29 @@ StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selecti
     if (alpha <= shortest || rounded) break;
     w = trial;
   }
+  return out;
+}
+
+/// Numbers that were typed or printed have nine digits at least: fixed values that others determine may be off by as much,
+/// and move onto the equations.
+static bool settle(const StartSystem& s, const Selection& selection, Vec& w) {
+  constexpr double digits = 1e-9;
+  if (refine(s, Selected(s, selection), w)) return true;
+  Selection equations = selection;
+  if (equations.rows.empty()) equations.rows.assign(s.rows.size(), 1);
+  std::fill(equations.rows.begin() + static_cast<std::ptrdiff_t>(s.first_fix), equations.rows.end(), 0);
+  Vec moved = w;
+  if (!refine(s, Selected(s, equations), moved)) return false;
+  const Selected system(s, selection);
+  const Vec residual = relative(system.residual(moved), system.jacobian(moved), moved.cwiseQuotient(s.unit));
+  if (!(residual.maxCoeff() < digits)) return false;
+  w = moved;
+  return true;
+}
+
+StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selection) {
+  StartSolution out = descend(s, Selected(s, selection), std::move(w));
+  if (out.solved) out.solved = settle(s, selection, out.w);
   return out;
 }
 

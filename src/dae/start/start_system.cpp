@@ -299,6 +299,11 @@ Vec StartSystem::residual(const Vec& w) const {
   return Eigen::Map<const Vec>(values.data(), static_cast<Index>(values.size())).cwiseQuotient(row_unit);
 }
 
+Vec StartSystem::rounding_errors(const Vec& w) const {
+  const auto errors = equations_->values->rounding_errors(leaf_values(w));
+  return Eigen::Map<const Vec>(errors.data(), static_cast<Index>(errors.size())).cwiseQuotient(row_unit);
+}
+
 Eigen::SparseMatrix<double> StartSystem::jacobian(const Vec& w) const {
   const auto values = (*equations_->slopes)(leaf_values(w));
   Eigen::SparseMatrix<double> J = equations_->pattern;

@@ -84,6 +84,8 @@ class StartSystem {
 
   /// r_i / σ_i. May contain NaN.
   Vec residual(const Vec& w) const;
+  /// Bounds of the rounding errors of residual().
+  Vec rounding_errors(const Vec& w) const;
   /// ∂(r_i/σ_i)/∂(w_j/s_j).
   Eigen::SparseMatrix<double> jacobian(const Vec& w) const;
   std::unordered_map<Expr, double> point(const Vec& w) const;

@@ -20,6 +20,10 @@ class Evaluator {
   std::size_t outputs() const { return outputs_.size(); }
   /// The values of the outputs, which may be NaN or inf, where the leaves have these values.
   std::vector<double> operator()(std::span<const double> leaves) const;
+  /// Bounds of the rounding errors of the outputs, to first order, where the leaves are numbers rounded to doubles:
+  /// running error analysis (Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., §3.3). Those of solutions
+  /// of linear systems are estimates. Cost: that of three evaluations.
+  std::vector<double> rounding_errors(std::span<const double> leaves) const;
 
  private:
   using Place = std::uint32_t;
@@ -31,6 +35,8 @@ class Evaluator {
   /// By the head of a linear system.
   using Solutions = std::unordered_map<Expr, std::vector<double>>;
   double component(const Step& step, const std::vector<double>& values, Solutions& solutions) const;
+  double error_of_component(const Step& step, const std::vector<double>& values,
+                            const std::vector<double>& errors, Solutions& solution_errors) const;
 
   std::size_t leaves_;
   std::vector<double> constants_;  ///< stand behind the leaves, then the steps

@@ -17,5 +17,7 @@ struct ExactPoint {
 Parity parity(Op op);
 CodeKind code_kind(Op op);
 std::optional<ExactPoint> exact_point(Op op);
+/// The derivative by operand i = 0, 1, 2 in double arithmetic.
+double apply_slope(Op op, int i, double a, double b, double c);
 
 }  // namespace pendula

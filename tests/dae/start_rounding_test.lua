@@ -1,0 +1,41 @@
+-- Equations hold at a start to rounding, not to ten digits: what only nearly holds is refused.
+local x, y, z, w = vars "x y z w"
+local units = { 1e-9, 1, 1e6 }
+
+-- y = x leaves 0 = w, w = 1; z (x - y) = -k would need z = k/10⁻¹⁰ where x - y is 10⁻¹⁰.
+test("equations that have no solution but one at infinity", function()
+  for _, unit in ipairs(units) do
+    for _, k in ipairs { 1e-9, 1e-6, 1e-3 } do
+      local X, Y = x/unit, y/unit
+      local sys = dae { der(x) ~ -x, 0 ~ Y^3 + Y - X^3 - X, 0 ~ (X - Y)*z/k + w, 0 ~ w - 1 + z*(X - Y) }
+      expect(function() sys:init { fix = { x = unit/3 } } end):fails "init"
+      local near = dae { der(x) ~ -x, 0 ~ Y^3 + Y - X^3 - X, 0 ~ (X - Y + 1e-6)*z/k + w,
+        0 ~ w - 1 + z*(X - Y + 1e-6) }
+      local at = near:init { fix = { x = unit/3 } }           -- z (k - 1)/k = w - 1 + … = -1
+      expect(at(z)*1e-6*(k - 1)/k):near(1, 1e-9)
+      expect(at(y - x)/unit):near(0, 1e-15)
+    end
+  end
+end)
+
+test("values that others determine may be typed with nine digits, and move onto the equations", function()
+  for _, unit in ipairs(units) do
+    local circle = dae { der(x) ~ y, 0 ~ x^2 + y^2 - unit^2 }
+    for digits = 9, 17 do
+      local side = tonumber(("%%.%dg"):format(digits):format(unit*math.sqrt(0.5)))
+      local at = circle:init { fix = { x = side, y = side } }
+      expect(at((x/unit)^2 + (y/unit)^2)):near(1, 2e-14)               -- 16 rounding errors
+      expect(at(x)/side):near(1, 1e-9)
+    end
+    local off = tonumber(("%.7g"):format(unit*math.sqrt(0.5)))
+    expect(function() circle:init { fix = { x = off, y = off } } end):fails "contradict each other"
+  end
+end)
+
+test("double roots, where the residual is flat", function()
+  for _, unit in ipairs(units) do
+    local sys = dae { der(x) ~ -x, 0 ~ z^3 - 3*z*(x/unit)^2 + 2*(x/unit)^3 }     -- (z - x)² (z + 2 x)
+    local at = sys:init { fix = { x = 0.3*unit }, guess = { z = 1 } }
+    expect(at(z)):near(0.3, 1e-7)
+  end
+end)
