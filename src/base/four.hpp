@@ -1,9 +1,10 @@
 #pragma once
-// Four or eight neighbouring doubles as one SIMD value, for loops that compilers leave scalar. Memory is read and written through
+// Two, four or eight neighbouring doubles as one SIMD value, for loops that compilers leave scalar. Memory is read and written through
 // load() and store() only, which accept any address; the value itself is aligned as the compiler likes.
 
 namespace pendula {
 
+using Two = double __attribute__((vector_size(16)));
 using Four = double __attribute__((vector_size(32)));
 using Eight = double __attribute__((vector_size(64)));
 

@@ -7,6 +7,38 @@
 
 namespace pendula::integrate {
 
+/// No condition comes near zero in a step: not the cubics to its middle and behind it, which lie between their control
+/// points, and not if they err by several times what the cubic through the ends of the step errs by in the middle. Where
+/// one turns, it has to be so far from zero that the errors of a sketch do not matter either (see bottom()). Leaves the
+/// end of the step in here_. Not asked of conditions of time alone, which the steps do not follow, and where slopes are
+/// not known.
+bool EventFinder::stays_away(Stepper& stepper, const StepView& step) {
+  constexpr double several = 8;
+  constexpr double of_slope = 0.143;  // greatest value of s²(1-s)²(s-½), beside its slope at ½
+  constexpr double near = 0.01;       // of the largest value
+  for (std::size_t i = 0; i < events_->size(); ++i)
+    if (!ignored_[i] && (!slope_known_[i] || clock_[i] || std::fabs(last_.g[i]) <= tiny)) return false;
+  const double length = step.to.t - last_.t, third = length / 6;  // of the way to the middle
+  const auto is_far = [&](std::size_t i) {
+    const double side = last_.g[i] > 0 ? 1 : -1;
+    const double a = side * last_.g[i], m = side * probe_.g[i], b = side * here_.g[i];
+    const double da = side * last_.slope[i], dm = side * probe_.slope[i], db = side * here_.slope[i];
+    const double error = std::fabs((a + b) / 2 + length * (da - db) / 8 - m);
+    const double slope_error = std::fabs(1.5 * (b - a) - length * ((da + db) / 4 + dm));
+    const double lowest = std::min({a, b, m, a + third * da, b - third * db, m - third * std::fabs(dm)});
+    const double steepest = std::max({std::fabs(da), std::fabs(dm), std::fabs(db)});
+    if (lowest < std::min(a, b) && !(steepest * length < lowest)) return false;
+    const double turns = std::max({last_.rate[i], probe_.rate[i], here_.rate[i]}) * length;
+    return lowest > several * (error + of_slope * slope_error) && lowest > near * std::max({a, m, b}) &&
+           turns <= 1;
+  };
+  sample(stepper, step, step.to.t, Detail::sketch, here_);
+  sample(stepper, step, last_.t + length / 2, Detail::sketch, probe_);
+  for (std::size_t i = 0; i < events_->size(); ++i)
+    if (!ignored_[i] && !is_far(i)) return false;
+  return true;
+}
+
 /// Illinois-safeguarded secant between points of opposite sign; the end where the sign has changed. What is smaller
 /// than the blur is still on the side of ga.
 EventFinder::Root EventFinder::locate(Stepper& stepper, const StepView& step, int which, double a, double ga,

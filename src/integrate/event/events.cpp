@@ -417,6 +417,10 @@ std::optional<EventFinder::Hit> EventFinder::find(Stepper& stepper, const StepVi
         last_.g[i] = std::copysign(tiny, slope_after(stepper, step, i));
   }
   fresh_ = false;
+  if (stays_away(stepper, step)) {
+    std::swap(last_, here_);
+    return {};
+  }
   floor_ = last_;
   for (int k = 1; k <= pieces; ++k) {
     look(stepper, step, k == pieces ? step.to.t : from + length * k / pieces, here_);

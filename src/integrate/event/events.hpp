@@ -52,7 +52,8 @@ class Oscillation : public Failure {
 
 /// Finds the first root inside a step.
 ///
-/// A step is looked at in pieces. Between two samples a change of sign is a root; where the slopes say that g
+/// A step is looked at in pieces, unless cubics through its ends and its middle show that no condition comes near zero.
+/// Between two samples a change of sign is a root; where the slopes say that g
 /// could have gone to zero and back, the piece is halved a few times, more often for functions of time alone,
 /// which are cheap and do not limit the step size themselves. A condition that contains sines and cosines is
 /// sampled once per radian of their arguments: where it oscillates faster than the solution, its slopes at two
@@ -149,6 +150,7 @@ class EventFinder {
   bool oscillates(const Sample& a, const Sample& b, int depth);
   bool ends_at_zero(std::size_t i, const Sample& a, const Sample& b) const;
   bool may_hide(const Sample& a, const Sample& b, int depth) const;
+  bool stays_away(Stepper& stepper, const StepView& step);
   std::optional<Hit> scan(Stepper& stepper, const StepView& step, Sample& a, Sample& b, int depth);
   bool changes(const Sample& a, const Sample& b) const;
   void make_exact(Stepper& stepper, const StepView& step, Sample& at);

@@ -115,19 +115,24 @@ void add(Squares& squares, double x) {
 }
 
 /// 0, or NaN where a number is not finite.
-[[gnu::always_inline]] inline void zeros(int n, const double* x, double& out) {
-  Four sum[4] = {};
+[[gnu::always_inline]] inline double zeros(int n, const double* x) {
+  Four first = {}, second = {}, third = {}, fourth = {}, part;
+  const auto add = [&](Four& sum, int k) {
+    load(part, x + k);
+    sum += part * 0;
+  };
   int k = 0;
-  for (; k + 16 <= n; k += 16)
-#pragma GCC unroll 4
-    for (int l = 0; l < 4; ++l) {
-      Four part;
-      load(part, x + k + 4 * l);
-      sum[l] += part * 0;
-    }
-  for (const Four& s : sum)
-    for (int l = 0; l < 4; ++l) out += s[l];
-  for (; k < n; ++k) out += x[k] * 0;
+  for (; k + 16 <= n; k += 16) {
+    add(first, k);
+    add(second, k + 4);
+    add(third, k + 8);
+    add(fourth, k + 12);
+  }
+  for (; k + 4 <= n; k += 4) add(first, k);
+  double rest = 0;
+  for (; k < n; ++k) rest += x[k] * 0;
+  const Four sum = (first + second) + (third + fourth);
+  return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + rest;
 }
 
 #if defined(__x86_64__) && defined(__GNUC__)
@@ -144,7 +149,7 @@ void add(Squares& squares, double x) {
                                          const double* rtol, double& out) {
   shares(n, v, at, atol, rtol, out);
 }
-[[gnu::target("avx2")]] void zeros_avx2(int n, const double* x, double& out) { zeros(n, x, out); }
+[[gnu::target("avx2")]] double zeros_avx2(int n, const double* x) { return zeros(n, x); }
 const bool wide = __builtin_cpu_supports("avx2");
 #else
 constexpr bool wide = false;
@@ -186,13 +191,6 @@ double largest_share(int n, const double* v, const double* at, const double* ato
   return out;
 }
 
-bool all_finite(int n, const double* x) {
-  double sum = 0;
-  if (wide)
-    zeros_avx2(n, x, sum);
-  else
-    zeros(n, x, sum);
-  return sum == 0;
-}
+bool all_finite(int n, const double* x) { return (wide ? zeros_avx2(n, x) : zeros(n, x)) == 0; }
 
 }  // namespace pendula::integrate

@@ -42,7 +42,9 @@ template <class Row>
 [[gnu::always_inline]] inline void combined(int k, int n, const double* x, double h, const Row& row,
                                             const double* K, double* out) {
   k = combined_wide<4, Four>(k, n, x, h, row, K, out);
+  k = combined_wide<2, Four>(k, n, x, h, row, K, out);
   k = combined_wide<1, Four>(k, n, x, h, row, K, out);
+  k = combined_wide<1, Two>(k, n, x, h, row, K, out);
   for (; k < n; ++k) {
     double sum = 0;
     for (const auto& term : row) sum += term.factor * K[static_cast<std::ptrdiff_t>(term.stage) * n + k];

@@ -251,3 +251,21 @@ test("a root that lies exactly where a step is looked at", function()
     end
   end
 end)
+
+-- Steps of a fifth of the interval and more; two roots around c, where the condition is between them.
+test("a dip of a condition inside a step is found wherever it is, however flat", function()
+  local x = var "x"
+  for _, degree in ipairs { 2, 4, 6, 8 } do
+    for k = 1, 60 do
+      local c, depth = (k*0.61803398875) % 1, 10^(-1 - 6*((k*0.41421356237) % 1))
+      local reach, roots = depth^(1/degree), 0
+      for _, root in ipairs { c - reach, c + reach } do
+        if root > 0 and root < 1 then roots = roots + 1 end
+      end
+      local sol = dae { der(x) ~ 1 }:integrate { start = { x = 0 }, to = 1, rtol = 1e-4,
+        method = ({ "radau", "dop853", "gauss", "rodas" })[k % 4 + 1],
+        events = { { when = ((x - c)^degree - depth)*(1 + x^2), call = function() end } } }
+      expect(#sol.events):equals(roots)
+    end
+  end
+end)
