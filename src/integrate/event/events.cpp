@@ -43,7 +43,6 @@ EventFinder::EventFinder(const ProblemPtr& problem, const std::vector<Event>& ev
     });
     slope_known_.push_back(usable);
     measured_.push_back(!usable && event.termination_reason.empty());
-    measures_ = measures_ || measured_.back();
     slopes.push_back(usable ? slope : Expr());
     const std::vector<Expr> own = leaves({&event.when, 1});
     for (Expr leaf : own) needs_derivatives_ = needs_derivatives_ || late.count(leaf);
@@ -77,6 +76,16 @@ EventFinder::EventFinder(const ProblemPtr& problem, const std::vector<Event>& ev
   for (Expr leaf : leaves(slopes)) needs_derivatives_ = needs_derivatives_ || late.count(leaf);
   kernel_ = codegen::Kernel(outputs, arguments);
   out_.resize(outputs.size());
+  count_wanted();
+}
+
+/// What the conditions that are not ignored need.
+void EventFinder::count_wanted() {
+  wants_ = {};
+  for (std::size_t i = 0; i < ignored_.size(); ++i) {
+    wants_.slopes = wants_.slopes || (measured_[i] && !ignored_[i]);
+    wants_.solution = wants_.solution || (!clock_[i] && !ignored_[i]);
+  }
 }
 
 double EventFinder::side(int which) const {
@@ -84,11 +93,11 @@ double EventFinder::side(int which) const {
   return (g > 0) - (g < 0);
 }
 
-void EventFinder::evaluate(const Point& point, Sample& out) {
-  problem_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+void EventFinder::evaluate(const Point& point, double t, Sample& out) {
+  problem_->place(t, point.x.data(), point.xdot.data(), point.z.data());
   kernel_(problem_->values().data(), out_.data());
   const auto middle = out_.begin() + static_cast<std::ptrdiff_t>(events_->size());
-  out.t = point.t;
+  out.t = t;
   out.g.assign(out_.begin(), middle);
   const auto last = middle + static_cast<std::ptrdiff_t>(events_->size());
   out.slope.assign(middle, last);
@@ -116,6 +125,7 @@ void EventFinder::evaluate(const Point& point, Sample& out) {
 
 void EventFinder::sample(Stepper& stepper, const StepView& step, double t, Detail detail, Sample& out) {
   if (t >= step.to.t) return evaluate(step.to, out);
+  if (!wants_.solution) return evaluate(step.to, t, out);
   point_.xdot = step.to.xdot;
   point_.z = step.to.z;
   if (detail == Detail::state && needs_derivatives_) detail = Detail::full;
@@ -143,7 +153,7 @@ void EventFinder::measure_slopes(Stepper& stepper, const StepView& step, double 
   };
   const std::vector<double> g = conditions(at), other = conditions(beside);
   for (std::size_t i = 0; i < measured_.size(); ++i) {
-    if (!measured_[i]) continue;
+    if (!measured_[i] || ignored_[i]) continue;
     out.slope[i] = (g[i] - other[i]) / (at - beside);
     if (!out.exact && at == t) out.g[i] = g[i];
   }
@@ -152,7 +162,7 @@ void EventFinder::measure_slopes(Stepper& stepper, const StepView& step, double 
 /// A sample by the cheapest means that show z.
 void EventFinder::look(Stepper& stepper, const StepView& step, double t, Sample& out) {
   sample(stepper, step, t, Detail::sketch, out);
-  if (measures_) measure_slopes(stepper, step, t, out);
+  if (wants_.slopes) measure_slopes(stepper, step, t, out);
 }
 
 double EventFinder::value(Stepper& stepper, const StepView& step, int which, double t) {
@@ -185,6 +195,7 @@ void EventFinder::take_over(const EventFinder& before, std::size_t events) {
   std::copy_n(before.ignored_.begin(), events, ignored_.begin());
   std::copy_n(before.finite_.begin(), events, finite_.begin());
   std::copy_n(before.largest_.begin(), events, largest_.begin());
+  count_wanted();
   phases_.uncounted = before.phases_.uncounted;
   end_ = before.end_;
   span_ = before.span_;
@@ -375,7 +386,7 @@ bool EventFinder::changes(const Sample& a, const Sample& b) const {
 void EventFinder::make_exact(Stepper& stepper, const StepView& step, Sample& at) {
   if (at.exact) return;
   sample(stepper, step, at.t, Detail::state, at);
-  if (measures_) measure_slopes(stepper, step, at.t, at);
+  if (wants_.slopes) measure_slopes(stepper, step, at.t, at);
   settle_zeros(floor_, at);
 }
 
@@ -410,7 +421,7 @@ double EventFinder::slope_after(Stepper& stepper, const StepView& step, std::siz
 
 std::optional<EventFinder::Hit> EventFinder::find(Stepper& stepper, const StepView& step) {
   const double from = last_.t, length = step.to.t - from;
-  if (measures_ && fresh_) {
+  if (wants_.slopes && fresh_) {
     measure_slopes(stepper, step, from, last_);
     for (std::size_t i = 0; i < events_->size(); ++i)
       if (measured_[i] && last_.g[i] == 0 && last_.slope[i] != 0)

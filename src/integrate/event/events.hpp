@@ -76,6 +76,8 @@ class EventFinder {
     std::vector<Crossing> list;  ///< in the order of the events
   };
   bool empty() const { return events_->empty(); }
+  /// Its condition is one of t and parameters.
+  bool is_moment(std::size_t which) const { return clock_[which]; }
   /// A condition inside a step.
   double value(Stepper& stepper, const StepView& step, int which, double t);
   /// The times of the run. A condition that is 0 to rounding at its end is a root.
@@ -88,7 +90,10 @@ class EventFinder {
   /// Inputs jump there: see Problem.
   void set_limit(double t) { problem_->set_limit(t); }
   /// From now on, no root of this event is found; or again some.
-  void ignore(int which, bool ignored = true) { ignored_[which] = ignored; }
+  void ignore(int which, bool ignored = true) {
+    ignored_[which] = ignored;
+    count_wanted();
+  }
   /// Goes on for another finder that had the same events, and none or others behind them.
   void take_over(const EventFinder& before, std::size_t events);
   /// The modes of the surfaces, which conditions may contain.
@@ -131,7 +136,9 @@ class EventFinder {
   };
   static constexpr double tiny = std::numeric_limits<double>::min();  ///< a sign without a size
   static bool opposite(double a, double b) { return (a < 0 && b > 0) || (a > 0 && b < 0); }
-  void evaluate(const Point& point, Sample& out);
+  void evaluate(const Point& point, Sample& out) { evaluate(point, point.t, out); }
+  void evaluate(const Point& point, double t, Sample& out);
+  void count_wanted();
   void sample(Stepper& stepper, const StepView& step, double t, Detail detail, Sample& out);
   void look(Stepper& stepper, const StepView& step, double t, Sample& out);
   void measure_slopes(Stepper& stepper, const StepView& step, double t, Sample& out);
@@ -183,9 +190,12 @@ class EventFinder {
   std::vector<char> slope_known_;  ///< dg/dt contains nothing but known leaves
   std::vector<char> measured_;     ///< its slope is a difference along the step
   std::vector<double> largest_;    ///< |g| so far
-  bool measures_ = false;
-  bool fresh_ = true;        ///< no step since the last start
-  std::vector<char> clock_;  ///< g depends on time alone
+  std::vector<char> clock_;        ///< g depends on time alone
+  /// By those that are not ignored: slopes along the step, more than t.
+  struct {
+    bool slopes = false, solution = false;
+  } wants_;
+  bool fresh_ = true;  ///< no step since the last start
   std::vector<char> ignored_, finite_;
   struct Beginning {
     bool resumed = false;  ///< the run has begun again at a root of this event

@@ -10,7 +10,9 @@ namespace pendula::integrate {
 
 bool ModeTracker::slide(int which, Point& point) {
   const Event& event = events()[which];
-  if (!event.surface || event.leaves >= 0 || !is_frozen(static_cast<std::size_t>(which))) return false;
+  const auto place = static_cast<std::size_t>(which);
+  if (!event.surface || event.leaves >= 0 || !is_frozen(place) || state_.finder.is_moment(place))
+    return false;
   Border& border = borders_[which];
   if (border.released != 0) return false;
   border.treatment = Treatment::sliding;
@@ -45,7 +47,7 @@ bool ModeTracker::slide_where_creeping() {
   creeping_.t = point.t;
   std::vector<int> jumps;
   for (std::size_t i = 0; i < borders_.size(); ++i)
-    if (events()[i].surface && events()[i].smoothness == Smoothness::open)
+    if (events()[i].surface && events()[i].smoothness == Smoothness::open && !state_.finder.is_moment(i))
       jumps.push_back(static_cast<int>(i));
   const bool tries = creeps && !jumps.empty();
   if (tries) creeping_.patience *= 2;

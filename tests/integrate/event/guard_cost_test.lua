@@ -27,3 +27,13 @@ test("an event that a condition reaches within a step is found however little it
     end
   end
 end)
+
+-- Fast at first, so that steps creep: a solution may stay on a border for that, but not at a moment.
+test("a border of time alone costs no evaluation", function()
+  local x = var "x"
+  local model = dae { der(x) ~ -x + 1e5*sin(1e6*t)*exp(-1e4*t) + ifelse(lt(t, 5), 2, 0) }
+  local sol = model:integrate { start = { x = 3 }, to = 10, rtol = 1e-6, atol = 1e-6, method = "dop853" }
+  local stats = sol:stats()
+  expect(stats.evaluations <= 13*(stats.steps + stats.rejected)):is_true()    -- 12 stages
+  expect(sol(x, 5)):near(2 + (3 - 2 + 0.1)*math.exp(-5), 2e-5)
+end)
