@@ -225,8 +225,8 @@ class Builder {
       case Op::pow:
       case Op::sqrt: {
         const Size a = of(e.operand(0));
-        const bool constant = e.op() == Op::sqrt || e.operand(1).is_constant();
-        if (!a || !constant) return Form{};
+        if (!a) return {};
+        if (e.op() == Op::pow && !e.operand(1).is_constant()) return Form{};
         Form result;
         add(result, e.op() == Op::sqrt ? 0.5 : constant_value(e.operand(1)), *a);
         return result;

@@ -16,32 +16,13 @@ namespace {
 
 using Index = Eigen::Index;
 
-/// max_i |r_i| / (1 + Σ_j |J_ij ω_j|) over what has to hold; a slope that is infinite where its unknown is 0, as that of a
-/// root, counts as 0.
-double worst(const StartSystem& s, const Vec& w) {
-  const Index rows = static_cast<Index>(s.request.nearest ? s.first_fix : s.rows.size());
-  const Vec r = s.residual(w).head(rows);
-  if (!r.allFinite()) return INFINITY;
-  Vec size = Vec::Ones(s.rows.size());
-  const auto J = s.jacobian(w);
-  for (Index j = 0; j < J.outerSize(); ++j)
-    for (std::decay_t<decltype(J)>::InnerIterator it(J, j); it; ++it)
-      if (w[j] != 0) size[it.row()] += std::fabs(it.value() * w[j] / s.unit[j]);
-  return rows ? r.cwiseQuotient(size.head(rows)).cwiseAbs().maxCoeff() : 0;
-}
-
-/// Are the equations at `next` off by what given values that are small beside their units contribute to them?
-bool neglects_given(const StartSystem& s, const Vec& next, const std::vector<char>& given) {
-  constexpr double share = 1e-3, small = 1e-6;
-  const Vec r = s.residual(next);
-  const auto J = s.jacobian(next);
-  Vec terms = Vec::Zero(r.size());
-  for (Index j = 0; j < J.outerSize(); ++j) {
-    if (!given[j] || !(std::fabs(next[j]) < small * s.unit[j])) continue;
-    for (std::decay_t<decltype(J)>::InnerIterator it(J, j); it; ++it)
-      terms[it.row()] = std::max(terms[it.row()], std::fabs(it.value() * next[j] / s.unit[j]));
-  }
-  return (terms.array() > 0 && r.array().abs() > share * terms.array()).any();
+/// Do the equations hold at `next` to their rounding errors, or as well as at w? What is beside a unit that is far too large
+/// does count.
+bool holds_as_well(const StartSystem& s, const Vec& w, const Vec& next) {
+  const auto rows = static_cast<Index>(s.request.nearest ? s.first_fix : s.rows.size());
+  const Vec r = s.residual(next).head(rows).cwiseAbs(), before = s.residual(w).head(rows).cwiseAbs();
+  const Vec errors = s.rounding_errors(next).head(rows);
+  return r.allFinite() && (r.array() <= before.array().max(allowed_errors * errors.array())).all();
 }
 
 /// Fixed values exactly as given, and zero where zero satisfies the equations to rounding: least steps leave
@@ -51,7 +32,7 @@ void clean(const StartSystem& s, Vec& w, bool slow) {
   std::vector<char> given(static_cast<std::size_t>(w.size()), 0);
   const auto try_values = [&](const Vec& next) {
     if (next == w) return true;
-    const bool good = worst(s, next) <= rounding && !neglects_given(s, next, given);
+    const bool good = holds_as_well(s, w, next);
     if (good) w = next;
     return good;
   };

@@ -20,6 +20,7 @@ using Index = Eigen::Index;
 using Sparse = Eigen::SparseMatrix<double>;
 
 constexpr double solved_below = 1e-10;  // scaled residual that counts as satisfied
+constexpr double unit_roundoff = std::numeric_limits<double>::epsilon() / 2;
 constexpr int max_iterations = 60;
 constexpr double shortest_step = 1e-4;   // of a full step, or beside the point: shorter ones have stalled
 constexpr double polishing_step = 0.75;  // at a solution: a full step that makes it no better is rounding
@@ -136,27 +137,34 @@ Vec balanced_step(const Sparse& J, const Vec& r) {
   return d;
 }
 
+/// The largest residual beside its rounding errors: those of the evaluation at w, whose digits are rounded too, and those of
+/// `zero` units, which is what 0 is measured by.
+double excess(const StartSystem& s, const Selected& system, const Vec& w, double zero) {
+  const Vec r = system.residual(w);
+  const Sparse J = system.jacobian(w);
+  if (r.size() == 0) return 0;
+  if (!r.allFinite() || !finite(J)) return INFINITY;
+  const Vec terms = J.cwiseAbs() * w.cwiseQuotient(s.unit).cwiseAbs();
+  const Vec error = s.rounding_errors(w) + unit_roundoff * (terms + Vec::Constant(r.size(), zero));
+  return r.cwiseAbs()
+      .binaryExpr(error, [](double residual, double bound) { return residual == 0 ? 0 : residual / bound; })
+      .maxCoeff();
+}
+
 /// Is every residual as small as rounding makes it? Where it is not, steps follow as long as they halve the worst one beside
-/// its rounding errors; false, and w as it was, where that does not lead there. The errors are those of the evaluation at
-/// w, whose digits are rounded too, and those of numbers as large as the units. Of 5000 starts of the tests those that
-/// are solutions exceeded them by factors up to 6, the others by 70 and more.
+/// its rounding errors; false, and w as it was, where that does not lead there. Of 5000 starts of the tests those that are
+/// solutions exceeded these errors by factors up to 6, the others by 70 and more.
 bool refine(const StartSystem& s, const Selected& system, Vec& w) {
-  constexpr double rounding = std::numeric_limits<double>::epsilon() / 2, allowed = 16;
   double before = INFINITY;
   for (Vec at = w;;) {
-    const Vec r = system.residual(at);
-    const Sparse J = system.jacobian(at);
-    if (!r.allFinite() || !finite(J)) return false;
-    const Vec omega = at.cwiseQuotient(s.unit).cwiseAbs();
-    const Vec error = s.rounding_errors(at) + rounding * (Vec::Ones(r.size()) + J.cwiseAbs() * omega);
-    const double excess = r.size() ? r.cwiseAbs().cwiseQuotient(error).maxCoeff() : 0;
-    if (excess <= allowed) {
+    const double now = excess(s, system, at, 1);
+    if (now <= allowed_errors) {
       w = at;
       return true;
     }
-    if (!(excess <= before / 2)) return false;
-    before = excess;
-    at += balanced_step(J, r).cwiseProduct(s.unit);
+    if (!(now <= before / 2)) return false;
+    before = now;
+    at += balanced_step(system.jacobian(at), system.residual(at)).cwiseProduct(s.unit);
   }
 }
 
@@ -352,11 +360,11 @@ struct Attempt {
   bool reported;  ///< its failure is one that the user may hear of
 };
 
-bool accepted(const StartSolution& found, Attempt::Accept accept) {
-  constexpr double rounding = 1e-15;
+bool accepted(const StartSystem& s, const Attempt& attempt, const StartSolution& found) {
   if (!found.solved) return false;
-  if (accept == Attempt::Accept::exact) return found.residual.maxCoeff() <= rounding;
-  return accept == Attempt::Accept::solved || !found.slow;
+  if (attempt.accept == Attempt::Accept::exact)
+    return excess(s, Selected(s, attempt.selection), found.w, 0) <= allowed_errors;
+  return attempt.accept == Attempt::Accept::solved || !found.slow;
 }
 
 /// In this order:
@@ -395,7 +403,7 @@ StartSolution solve_start(const StartSystem& s, const Selection& selection) {
     // The user should hear of a guess where nothing has a value.
     const Vec from = first_point(s, attempt.point, selection, attempt.point > 0 && !defined);
     StartSolution next = by_levels(s, from, attempt.selection);
-    if (accepted(next, attempt.accept)) return next;
+    if (accepted(s, attempt, next)) return next;
     if (!attempt.reported) continue;
     defined = defined || next.defined;
     if (attempt.point == 0 || next.residual.maxCoeff() < best.residual.maxCoeff()) best = std::move(next);

@@ -125,6 +125,8 @@ struct StartSolution {
 /// sparse LDLᵀ of the regularised normal equations in augmented form.
 StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selection = {});
 constexpr Eigen::Index dense_up_to = 250;
+constexpr double allowed_errors =
+    16;  ///< bounds of rounding errors that the residuals of a solution may have
 
 /// The unknown of a solution that rounding errors of the residuals change most, if by more than a hundredth of it. Nothing
 /// above `dense_up_to` unknowns. Cost: one orthogonal decomposition.
