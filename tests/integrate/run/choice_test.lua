@@ -168,8 +168,10 @@ test("stiff models at loose tolerances go to a Rosenbrock method, at tight ones 
   expect(method(model, 1e-6)):equals "radau"
   expect(method(driven, 1e-4)):equals "rodas5p"
   local large, start = heat(600)
-  expect(taken(large, { start = start, to = 0.1, rtol = 1e-5 }).method):equals "rodas4"
-  expect(taken(large, { start = start, to = 0.1, rtol = 1e-6 }).method):equals "radau"
+  expect(taken(large, { start = start, to = 0.1, rtol = 1e-4 }).method):equals "rodas4"
+  for _, rtol in ipairs { 1e-5, 1e-6 } do
+    expect(taken(large, { start = start, to = 0.1, rtol = rtol }).method):equals "radau"
+  end
 end)
 
 test("stiffness is noticed well inside the stability region, where a tight tolerance keeps the steps",
