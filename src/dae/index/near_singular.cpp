@@ -125,7 +125,7 @@ static bool has_clear_rank(const Model& m, const Analysis& a) {
     const auto values = pendula::evaluate(slopes, point);
     Mat J = Mat::Zero(n, n);
     for (std::size_t k = 0; k < values.size(); ++k) J(a.jacobian[k].row, a.jacobian[k].column) = values[k];
-    if (J.allFinite() && rank_with_gap(balanced(J)).rank == n) return true;
+    if (J.allFinite() && rank_with_gap(balance(J)(J)).rank == n) return true;
   }
   return false;
 }

@@ -8,6 +8,7 @@
 #include "dae/model/lineage.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -220,6 +221,18 @@ Choices::Decided Choices::decided(const std::unordered_map<Expr, double>& values
     if (margin < 0) known.sides |= std::uint64_t{1} << k;
   }
   return known;
+}
+
+Substitution resting_signs(const std::vector<Expr>& residuals, const std::vector<Expr>& conditions) {
+  Substitution resting;
+  for (Expr node : topological(residuals)) {
+    if (node.op() != Op::sign) continue;
+    const Expr argument = node.operand(0);
+    if (std::any_of(conditions.begin(), conditions.end(),
+                    [&](Expr c) { return simplify(argument / c).is_constant(); }))
+      resting[node] = Expr(0);
+  }
+  return resting;
 }
 
 std::vector<Region> regions(const Model& m) {

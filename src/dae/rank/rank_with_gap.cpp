@@ -45,11 +45,8 @@ Mat equilibrated(Mat m) {
   return m;
 }
 
-namespace {
-
-/// Curtis & Reid (J. Inst. Maths Applics 10, 1972): the sum of squares of log |m_ij rᵢ cⱼ| over the entries is least, so
-/// that the result is the same in any units of rows and columns, however far apart. Logarithms of r, then of c.
-Vec balance(const Mat& m) {
+/// Curtis & Reid (J. Inst. Maths Applics 10, 1972): the sum of squares of log |m_ij rᵢ cⱼ| over the entries is least.
+Balance balance(const Mat& m) {
   const Index rows = m.rows(), n = rows + m.cols();
   constexpr double slight = 1e-10;  // holds what is not determined: r and 1/c of a block that stands alone
   std::vector<Eigen::Triplet<double>> lower;
@@ -67,15 +64,8 @@ Vec balance(const Mat& m) {
     }
   Eigen::SparseMatrix<double> normal(n, n);
   normal.setFromTriplets(lower.begin(), lower.end());
-  return Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(normal).solve(right);
-}
-
-}  // namespace
-
-Mat balanced(const Mat& m) {
-  const Vec logs = balance(m);
-  return logs.head(m.rows()).array().exp().matrix().asDiagonal() * m *
-         logs.tail(m.cols()).array().exp().matrix().asDiagonal();
+  const Vec logs = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(normal).solve(right);
+  return {logs.head(rows).array().exp(), logs.tail(m.cols()).array().exp()};
 }
 
 RankGap rank_with_gap(const Mat& given) {
@@ -99,7 +89,7 @@ RankGap rank_with_gap(const Mat& given) {
 RankGap rank_in_any_units(const Mat& m) {
   const RankGap first = rank_with_gap(m);
   if (first.rank == std::min(m.rows(), m.cols()) || !m.allFinite()) return first;
-  const Mat other = balanced(equilibrated(m));
+  const Mat even = equilibrated(m), other = balance(even)(even);
   if (!other.allFinite()) return first;
   const RankGap second = rank_with_gap(other);
   return second.rank > first.rank && second.gap >= clear_gap ? second : first;

@@ -7,9 +7,13 @@ namespace pendula::dae {
 
 /// Rows and columns divided by their largest entries, three times in turn: ranks must not depend on units.
 Mat equilibrated(Mat m);
-/// Rows and columns scaled so that the logarithms of the entries are least in the sense of least squares: the same in
-/// any units of rows and columns.
-Mat balanced(const Mat& m);
+/// What rows and columns are multiplied by so that the logarithms of the entries are least in the sense of least
+/// squares: the result is the same in any units of rows and columns.
+struct Balance {
+  Vec rows, columns;
+  Mat operator()(const Mat& m) const { return rows.asDiagonal() * m * columns.asDiagonal(); }
+};
+Balance balance(const Mat& m);
 
 struct RankGap {
   int rank = 0;

@@ -56,8 +56,8 @@ double ConsistentState::operator()(Expr e) const {
   std::vector<Expr> derivatives;
   for (Expr leaf : leaves({&own, 1}))
     if (!values.count(leaf) && is_derivative_of_unknown(*model, leaf)) derivatives.push_back(leaf);
-  const bool known =
-      derivatives.empty() || add_derivatives(*model, derivatives, inputs_in_time(request), all);
+  const bool known = derivatives.empty() ||
+                     add_derivatives(piece ? *piece : *model, derivatives, inputs_in_time(request), all);
   for (Expr leaf : leaves({&own, 1})) {
     const Symbol& s = symbol_of(leaf);
     if (all.count(leaf) || s.kind == Kind::constant) continue;

@@ -87,8 +87,8 @@ int impulse_through(Expr margin, const ConsistentState& start, const Jump& jump,
   return std::fabs(impulse) > border * noise ? (impulse > 0 ? 1 : -1) : 0;
 }
 
-/// -1, 0, 1: the sign of a margin just after the start.
-int sign_after(Expr margin, const ConsistentState& start, const Jump& jump, double border) {
+/// -1, 0, 1: the sign of a margin just after the start, and an impulse.
+int sign_behind(Expr margin, const ConsistentState& start, const Jump& jump, double border) {
   constexpr int highest = 4;  // derivative
   if (const int sign = impulse_through(margin, start, jump, border); sign != 0) return sign;
   const Sizes sizes = sizes_at(start);
@@ -187,13 +187,17 @@ ModelPtr region_model(const ModelPtr& model, const Region& region) {
 static std::vector<int> signs_after(const Region& region, const ConsistentState& start, const Jump& jump,
                                     double border) {
   std::vector<int> signs;
-  for (Expr margin : region.margins) signs.push_back(sign_after(margin, start, jump, border));
+  for (Expr margin : region.margins) signs.push_back(sign_behind(margin, start, jump, border));
   return signs;
 }
 
+int sign_after(Expr margin, const ConsistentState& start) {
+  return sign_behind(margin, start, {}, exact_border);
+}
+
 bool stays_in(const Region& region, const ConsistentState& start) {
-  const std::vector<int> signs = signs_after(region, start, {}, exact_border);
-  return std::find(signs.begin(), signs.end(), -1) == signs.end();
+  return std::none_of(region.margins.begin(), region.margins.end(),
+                      [&](Expr margin) { return sign_after(margin, start) < 0; });
 }
 
 Regimes::Regimes(ModelPtr model) : model_(std::move(model)), choices_(*model_) {}
@@ -223,24 +227,35 @@ bool regimes_differ(const Model& m) {
   return known.insert(key, find_difference(m));
 }
 
+/// What the states of a model obey.
+static std::vector<Expr> conditions_on_states(const Model& model) {
+  const std::vector<Expr> states = model.states();
+  std::vector<Expr> conditions;
+  for (const Constraint& c : hidden_constraints(model).constraints) {
+    const std::vector<Expr> inside = leaves({&c.residual, 1});
+    if (std::all_of(inside.begin(), inside.end(), [&](Expr leaf) {
+          return symbol_of(leaf).kind != Kind::variable ||
+                 std::find(states.begin(), states.end(), leaf) != states.end();
+        }))
+      conditions.push_back(c.residual);
+  }
+  return conditions;
+}
+
 const Regime& Regimes::regime(std::uint64_t choice) {
   const auto known = known_.find(choice);
   if (known != known_.end()) return known->second;
   Regime regime{choice, choices_.region(choice), nullptr, nullptr, 0, {}};
   try {
-    const ModelPtr model = region_model(model_, regime.region);
+    ModelPtr model = region_model(model_, regime.region);
+    regime.conditions = conditions_on_states(*model);
+    if (const Substitution resting = resting_signs(model->residuals, regime.conditions); !resting.empty()) {
+      regime.region.model.residuals = substitute(regime.region.model.residuals, resting);
+      model = region_model(model_, regime.region);
+    }
     const Analysis analysis = analyse(*model);
     regime.index = differentiation_index(*model, analysis).index;
     regime.form = regime.index <= 1 && analysis.regular && analysis.index <= 1 ? model : reduce(model, "");
-    const std::vector<Expr> states = model->states();
-    for (const Constraint& c : hidden_constraints(*model).constraints) {
-      const std::vector<Expr> inside = leaves({&c.residual, 1});
-      if (std::all_of(inside.begin(), inside.end(), [&](Expr leaf) {
-            return symbol_of(leaf).kind != Kind::variable ||
-                   std::find(states.begin(), states.end(), leaf) != states.end();
-          }))
-        regime.conditions.push_back(c.residual);
-    }
     regime.model = model;
   } catch (const UserFacing&) {
     regime.form = nullptr;  // singular

@@ -66,6 +66,7 @@ struct LedgerRow {
 class ConsistentState {
  public:
   ModelPtr model;
+  ModelPtr piece;  ///< what holds from here on of a piecewise model: derivatives follow from it; nullptr: the model
   double t = 0;
   std::unordered_map<Expr, double> values;  ///< states, top derivatives, algebraic, inputs, parameters, t
   std::unordered_map<Expr, double>

@@ -9,6 +9,7 @@
 #include "base/decompositions.hpp"
 #include "base/math.hpp"
 #include "dae/points/derivative_array.hpp"
+#include "dae/rank/rank_with_gap.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -37,28 +38,35 @@ class Extension {
       places.push_back(at - unknowns_.begin());
     }
     const auto entries = sparse_jacobian(rows_, unknowns_);
-    constexpr int steps = 8;  // of Newton's method, quadratic: linear levels take one step each
-    for (int step = 0; step < steps; ++step) {
-      const Mat J = numbers(entries);
-      const Vec r = Eigen::Map<const Vec>(evaluate(rows_, point_).data(), static_cast<Index>(rows_.size()));
+    const Balance scale = balance(numbers(entries));
+    constexpr int steps = 8;            // of Newton's method, quadratic: linear levels take one step each
+    constexpr double accuracy = 1e-13;  // of all unknowns together, in their units
+    for (int step = 1;; ++step) {
+      const Mat J = scale(numbers(entries));
       const Eigen::CompleteOrthogonalDecomposition<Mat> decomposition(J);
-      const Vec d = decomposition.solve(Vec(-r));
+      const Vec d = decomposition.solve(Vec(-scale.rows.cwiseProduct(residual())));
       if (!d.allFinite()) return {};
-      for (std::size_t i = 0; i < unknowns_.size(); ++i) point_[unknowns_[i]] += d[static_cast<Index>(i)];
-      if (step + 1 < steps && d.norm() > 1e-13 * (1 + size())) continue;
-      if (!determined(decomposition, J, places)) return {};
-      break;
+      for (std::size_t i = 0; i < unknowns_.size(); ++i)
+        point_[unknowns_[i]] += d[static_cast<Index>(i)] * scale.columns[static_cast<Index>(i)];
+      const Vec x = point().cwiseQuotient(scale.columns);
+      if (step < steps && d.norm() > accuracy * x.norm()) continue;
+      if (!determined(decomposition, J, places) || !solved(J, x, scale.rows.cwiseProduct(residual())))
+        return {};
+      std::vector<double> found;
+      for (Index i : places)
+        found.push_back(std::fabs(x[i]) > accuracy * x.norm() ? x[i] * scale.columns[i] : 0);
+      return found;
     }
-    std::vector<double> found;
-    for (Expr leaf : wanted) found.push_back(point_.at(leaf));
-    return found;
   }
 
  private:
-  double size() const {
-    double sum = 0;
-    for (Expr leaf : unknowns_) sum += std::fabs(point_.at(leaf));
-    return sum;
+  Vec point() const {
+    Vec x(static_cast<Index>(unknowns_.size()));
+    for (std::size_t i = 0; i < unknowns_.size(); ++i) x[static_cast<Index>(i)] = point_.at(unknowns_[i]);
+    return x;
+  }
+  Vec residual() const {
+    return Eigen::Map<const Vec>(evaluate(rows_, point_).data(), static_cast<Index>(rows_.size()));
   }
   Mat numbers(const std::vector<Entry>& entries) const {
     std::vector<Expr> expressions;
@@ -74,6 +82,16 @@ class Extension {
     return std::all_of(places.begin(), places.end(), [&](Index i) {
       return std::fabs(Vec(decomposition.solve(Vec(J.col(i))))[i] - 1) < 1e-9;
     });
+  }
+
+  /// Where pivots have been taken for 0, rows stay as they were. Known values fulfil equations to 10⁻¹⁰ of their
+  /// terms, and derivatives of them to some digits less.
+  static bool solved(const Mat& J, const Vec& x, const Vec& r) {
+    constexpr double visible = 1e-6, rounding = 1e-12;  // of the terms of the row, of the largest unknown
+    const Mat size = J.cwiseAbs();
+    const Vec terms =
+        visible * size * x.cwiseAbs() + rounding * x.lpNorm<Eigen::Infinity>() * size.rowwise().sum();
+    return (r.cwiseAbs().array() <= terms.array() || size.rowwise().sum().array() == 0).all();
   }
 
   std::vector<Expr> rows_, unknowns_;

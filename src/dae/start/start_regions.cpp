@@ -48,6 +48,7 @@ ConsistentStatePtr start_in_region(const ModelPtr& model, const StartRequest& re
       auto found = std::make_shared<ConsistentState>(*init(regime.model, request));
       if (stays_in(regime.region, *found)) {
         found->model = model;
+        if (!found->piece) found->piece = regime.model;
         return found;
       }
       refused(regime, "its solution for these values lies or moves outside this region");

@@ -15,6 +15,7 @@ namespace pendula::dae {
 namespace {
 
 constexpr std::size_t most_signs = 4;
+constexpr int values_of_sign = 4;
 
 /// The sign functions whose arguments are 0 at a start.
 std::vector<Expr> signs_at_zero(const Model& model, const ConsistentState& at) {
@@ -28,10 +29,11 @@ std::vector<Expr> signs_at_zero(const Model& model, const ConsistentState& at) {
   return nodes;
 }
 
-/// Each sign is 1, -1, or an unknown between them whose argument stays 0.
+/// Each sign is 1, -1, 0 where the argument stays 0 whatever the sign, or an unknown that keeps it there.
 struct Trial {
   ModelPtr model;
   Region region;
+  std::vector<std::pair<Expr, int>> signs;  ///< of arguments, a short time after the start
 };
 
 Trial trial(const ModelPtr& model, const std::vector<Expr>& signs, int which) {
@@ -39,14 +41,15 @@ Trial trial(const ModelPtr& model, const std::vector<Expr>& signs, int which) {
   ModelOptions options = child_of(model);
   declare_unknowns(options, *model);
   Region region{"", *model, {}};
+  std::vector<std::pair<Expr, int>> sides;
   Substitution values;
   std::vector<Block> more;
-  for (std::size_t k = 0; k < signs.size(); ++k, which /= 3) {
+  for (std::size_t k = 0; k < signs.size(); ++k, which /= values_of_sign) {
     const Expr argument = signs[k].operand(0);
-    if (which % 3 < 2) {
-      const Expr side(which % 3 == 0 ? 1 : -1);
-      values[signs[k]] = side;
-      region.margins.push_back(side * argument);
+    if (const int value = which % values_of_sign; value < 3) {
+      const int side = value == 0 ? 1 : value == 1 ? -1 : 0;
+      values[signs[k]] = Expr(side);
+      sides.emplace_back(argument, side);
       continue;
     }
     values[signs[k]] = unknowns[k];
@@ -61,7 +64,7 @@ Trial trial(const ModelPtr& model, const std::vector<Expr>& signs, int which) {
       for (Expr& e : *side) e = substitute(e, values);
   }
   blocks.insert(blocks.end(), more.begin(), more.end());
-  return {make_model(std::move(blocks), std::move(options)), std::move(region)};
+  return {make_model(std::move(blocks), std::move(options)), std::move(region), std::move(sides)};
 }
 
 }  // namespace
@@ -71,13 +74,18 @@ ConsistentStatePtr start_on_signs(const ModelPtr& model, const StartRequest& req
   if (!model->form.empty() || !model->invariants.empty()) return nullptr;
   const std::vector<Expr> signs = signs_at_zero(*model, plain);
   if (signs.empty() || signs.size() > most_signs) return nullptr;
-  const int count = static_cast<int>(std::lround(std::pow(3.0, static_cast<double>(signs.size()))));
+  const int count =
+      static_cast<int>(std::lround(std::pow(values_of_sign, static_cast<double>(signs.size()))));
   for (int which = 0; which < count; ++which) {
     try {
       const Trial tried = trial(model, signs, which);
       auto found = std::make_shared<ConsistentState>(*init(tried.model, request));
       if (!stays_in(tried.region, *found)) continue;
+      if (!std::all_of(tried.signs.begin(), tried.signs.end(),
+                       [&](const auto& of) { return sign_after(of.first, *found) == of.second; }))
+        continue;
       found->model = model;
+      if (!found->piece) found->piece = tried.model;
       std::erase_if(found->rows, [&](const LedgerRow& row) {
         return std::none_of(plain.rows.begin(), plain.rows.end(),
                             [&](const LedgerRow& own) { return own.leaf == row.leaf; });

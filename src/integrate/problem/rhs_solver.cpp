@@ -107,6 +107,23 @@ bool RhsSolver::assemble() {
   return false;
 }
 
+/// Masses of 10⁻¹² s⁻² stand in one row with forces of 1: columns, too, are divided by their largest entries.
+bool RhsSolver::is_regular_in_other_units() const {
+  const auto n = static_cast<std::size_t>(solver_.size());
+  std::vector<double> scaled = entries_, row(n, 0), column(n, 0);
+  const auto divide = [&](std::vector<double>& largest, int Position::*place) {
+    for (std::size_t k = 0; k < scaled.size(); ++k)
+      largest[positions_[k].*place] = std::max(largest[positions_[k].*place], std::fabs(scaled[k]));
+    for (std::size_t k = 0; k < scaled.size(); ++k)
+      if (largest[positions_[k].*place] > 0) scaled[k] /= largest[positions_[k].*place];
+  };
+  divide(row, &Position::row);
+  divide(column, &Position::column);
+  LinearSolver<double> solver;
+  solver.analyse(solver_.size(), positions_);
+  return solver.factorise(scaled.data()) && solver.weakest_pivot() > least_pivot;
+}
+
 bool RhsSolver::operator()(double t, const double* x, double* xdot, double* z) {
   return solve(t, x, xdot, z, true);
 }

@@ -34,8 +34,10 @@ class RhsSolver {
   std::string reason() const;
   bool is_linear() const { return linear_; }
   bool is_singular() const { return trouble_ == Trouble::singular || !is_regular(); }
-  /// ∂F/∂(x′, z) was well away from singular where it was last factorised.
-  bool is_regular() const { return ode_ || solver_.weakest_pivot() > 1e-12; }
+  /// ∂F/∂(x′, z) was well away from singular, in any units of the unknowns, where it was last factorised.
+  bool is_regular() const {
+    return ode_ || solver_.weakest_pivot() > least_pivot || is_regular_in_other_units();
+  }
 
  private:
   /// Of ∂F/∂(x′, z).
@@ -48,6 +50,8 @@ class RhsSolver {
     bool linear = true, constant = true;
   };
   static constexpr double rounding = 1e-14;
+  static constexpr double least_pivot = 1e-12;  ///< of its row
+  bool is_regular_in_other_units() const;
   static Layout layout_of(const Problem& problem);
   bool assemble();
   bool solve(double t, const double* x, double* xdot, double* z, bool near);

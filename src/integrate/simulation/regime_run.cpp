@@ -42,6 +42,7 @@ dae::ConsistentStatePtr translated(const dae::ConsistentStatePtr& at, const dae:
   if (at->model == form) return at;
   auto there = std::make_shared<dae::ConsistentState>(*at);
   there->model = form;
+  there->piece = nullptr;  // in other unknowns
   for (const auto& list : {form->states(), form->top_derivatives(), form->algebraic()})
     for (Expr leaf : list)
       if (const auto value = at->value_for(*form, leaf)) there->values[leaf] = *value;

@@ -35,6 +35,21 @@ std::vector<char> without_noise(Vec& size, const ProblemPtr& problem, const Poin
   return certain;
 }
 
+/// Of x and z: how large they have been in earlier pieces of the run. On a stop they are rounding errors.
+Vec sizes_before(const Simulation& simulation, const Problem& problem) {
+  const std::unordered_map<Expr, double> known(simulation.start->request.sizes.begin(),
+                                               simulation.start->request.sizes.end());
+  Vec size = Vec::Zero(problem.n() + problem.m());
+  if (known.empty()) return size;
+  Eigen::Index i = 0;
+  for (const auto* list : {&problem.model().x, &problem.model().z})
+    for (Expr leaf : *list) {
+      if (const auto at = known.find(leaf); at != known.end()) size[i] = at->second;
+      ++i;
+    }
+  return size;
+}
+
 /// A hundredth of the size of the unknown, at most 10⁻³: a model in metres whose lengths are nanometres must not be at
 /// rest within its tolerance.
 Vec small_shares(const Vec& size, const std::vector<char>& certain) {
@@ -65,9 +80,14 @@ Vec usual_atol(const Simulation& simulation, const ProblemPtr& problem, const Po
   const double from = simulation.plan.from, interval = simulation.plan.to - from;
   Vec size(start.x.size() + start.z.size());
   size << start.x.cwiseAbs().cwiseMax(interval * start.xdot.cwiseAbs()), start.z.cwiseAbs();
-  const double largest = size.size() && size.allFinite() ? size.maxCoeff() : 0, rtol = usual_rtol(simulation);
-  if (!(largest > 0)) return Vec::Constant(size.size(), rtol * usual_share);
-  const std::vector<char> certain = without_noise(size, problem, start, interval);
+  const Vec before = sizes_before(simulation, *problem);
+  const auto is_told = [&] { return size.size() && size.allFinite() && size.maxCoeff() > 0; };
+  std::vector<char> certain(static_cast<std::size_t>(size.size()), 0);
+  if (is_told()) certain = without_noise(size, problem, start, interval);
+  size = size.cwiseMax(before);
+  const double rtol = usual_rtol(simulation);
+  if (!is_told()) return Vec::Constant(size.size(), rtol * usual_share);
+  const double largest = size.maxCoeff();
   Vec share = small_shares(size, certain);
   if (largest > large_size) {
     Problem own(*problem);
