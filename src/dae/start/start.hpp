@@ -66,7 +66,8 @@ struct LedgerRow {
 class ConsistentState {
  public:
   ModelPtr model;
-  ModelPtr piece;  ///< what holds from here on of a piecewise model: derivatives follow from it; nullptr: the model
+  /// Of a piecewise model: what holds from here on, and derivatives follow from; else nullptr.
+  ModelPtr piece;
   double t = 0;
   std::unordered_map<Expr, double> values;  ///< states, top derivatives, algebraic, inputs, parameters, t
   std::unordered_map<Expr, double>

@@ -45,8 +45,8 @@ end)
 local function chain(seed)
   math.randomseed(seed)
   local r = math.random
-  local M = { n = r(4), mass = {}, k = {}, c = {}, f = {}, w = {}, x = {}, v = {}, stop = {}, friction = {}, near = {},
-    between = {} }
+  local M = { n = r(4), mass = {}, k = {}, c = {}, f = {}, w = {}, x = {}, v = {}, stop = {}, friction = {},
+    near = {}, between = {} }
   for i = 1, M.n do
     M.mass[i], M.k[i], M.c[i], M.f[i], M.w[i] = 0.5 + 2*r(), 1 + 7*r(), 0.3*r(), 3*r(), 0.5 + 2*r()
     M.stop[i] = r() < 0.6 and i - 1.05 - 0.4*r()

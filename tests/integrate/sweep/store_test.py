@@ -5,7 +5,7 @@ pendula = os.environ["PENDULA"]
 folder = tempfile.mkdtemp(prefix="pendula_store_")
 db = folder + "/runs.db"
 log = folder + "/log"
-RUNS = 3000 if os.environ.get("PENDULA_LONG") else 800  # they take a second: time enough to kill them in the middle
+RUNS = 12000 if os.environ.get("PENDULA_LONG") else 2000  # they take a second: time enough to kill them in the middle
 PATIENCE = float(os.environ.get("PENDULA_PATIENCE", "30"))  # seconds; sanitizers need more
 
 SCRIPT = """
