@@ -17,7 +17,9 @@ bool EventFinder::stays_away(Stepper& stepper, const StepView& step) {
   constexpr double of_slope = 0.143;  // greatest value of s²(1-s)²(s-½), beside its slope at ½
   constexpr double near = 0.01;       // of the largest value
   for (std::size_t i = 0; i < events_->size(); ++i)
-    if (!ignored_[i] && (!slope_known_[i] || clock_[i] || std::fabs(last_.g[i]) <= tiny)) return false;
+    if (!ignored_[i] &&
+        (!conditions_->slope_known[i] || conditions_->clock[i] || std::fabs(last_.g[i]) <= tiny))
+      return false;
   const double length = step.to.t - last_.t, third = length / 6;  // of the way to the middle
   const auto is_far = [&](std::size_t i) {
     const double side = last_.g[i] > 0 ? 1 : -1;
@@ -97,7 +99,7 @@ EventFinder::Dip EventFinder::dip(Stepper& stepper, const StepView& step, int wh
     sample(stepper, step, t, detail, probe_);
     const double g = sign * probe_.g[i];
     if (g < 0) return {t, t, sign * g};
-    if (measured_[i]) measure_slopes(stepper, step, t, probe_);
+    if (conditions_->measured[i]) measure_slopes(stepper, step, t, probe_);
     const Side middle{t, g, sign * probe_.slope[i]};
     (middle.slope < 0 ? low : high) = middle;
   }
@@ -121,7 +123,7 @@ std::optional<double> EventFinder::bottom(Stepper& stepper, const StepView& step
     }
     return steepest * (step.to.t - step.from.t) < std::fabs(g);
   };
-  if (!measured_[i]) {
+  if (!conditions_->measured[i]) {
     const Dip sketch = dip(stepper, step, which, a, b, Detail::sketch);
     const auto agrees = [&] {
       return std::fabs(value(stepper, step, which, sketch.t) - sketch.lowest) <=

@@ -24,58 +24,11 @@ EventFinder::EventFinder(const ProblemPtr& problem, const std::vector<Event>& ev
   finite_ = ignored_;
   beginnings_.resize(events.size());
   largest_.assign(events.size(), 0);
-  if (events.empty()) return;
-  const dae::FirstOrder& model = problem->model();
-  const std::vector<Expr>& arguments = problem->arguments();
-  const std::unordered_set<Expr> known(arguments.begin(), arguments.end());
-  std::vector<Expr> outputs, slopes;
-  std::unordered_set<Expr> late(model.xdot.begin(), model.xdot.end());
-  late.insert(model.z.begin(), model.z.end());
-  for (Expr x : model.x) late.erase(x);
-  for (const Event& event : events) {
-    outputs.push_back(event.when);
-    const Expr slope = total_derivative(event.when);
-    const std::vector<Expr> inside = leaves({&slope, 1});
-    // where equations become singular, x′ and z must not be asked for
-    const bool solved = problem->is_ode() || event.termination_reason.empty();
-    const bool usable = std::all_of(inside.begin(), inside.end(), [&](Expr leaf) {
-      return (known.count(leaf) && (solved || !late.count(leaf))) || symbol_of(leaf).kind == Kind::constant;
-    });
-    slope_known_.push_back(usable);
-    measured_.push_back(!usable && event.termination_reason.empty());
-    slopes.push_back(usable ? slope : Expr());
-    const std::vector<Expr> own = leaves({&event.when, 1});
-    for (Expr leaf : own) needs_derivatives_ = needs_derivatives_ || late.count(leaf);
-    clock_.push_back(std::all_of(own.begin(), own.end(), [](Expr leaf) {
-      const Kind kind = symbol_of(leaf).kind;
-      return leaf == time_symbol() || kind == Kind::constant || kind == Kind::parameter;
-    }));
-  }
-  const auto is_known = [&](Expr e) {
-    const std::vector<Expr> inside = leaves({&e, 1});
-    return std::all_of(inside.begin(), inside.end(), [&](Expr leaf) {
-      return (known.count(leaf) && !late.count(leaf)) || symbol_of(leaf).kind == Kind::constant;
-    });
-  };
-  std::vector<Expr> phases;
-  bool whole = false;  // sines of the equations: a voltage turns, and with it the unknowns in conditions
-  for (std::size_t i = 0; i < events.size(); ++i) {
-    std::vector<Expr> sources{events[i].when};
-    if (measured_[i] && !whole) sources.insert(sources.end(), model.F.begin(), model.F.end());
-    whole = whole || measured_[i];
-    for (Expr node : topological(sources)) {
-      if (node.op() != Op::sin && node.op() != Op::cos && node.op() != Op::tan) continue;
-      const Expr phase = total_derivative(node.operand(0));
-      if (!is_known(phase) && !(problem->is_ode() && slope_known_[i])) continue;
-      phases_.events.push_back(i);
-      phases.push_back(phase);
-    }
-  }
-  outputs.insert(outputs.end(), slopes.begin(), slopes.end());
-  outputs.insert(outputs.end(), phases.begin(), phases.end());
-  for (Expr leaf : leaves(slopes)) needs_derivatives_ = needs_derivatives_ || late.count(leaf);
-  kernel_ = codegen::Kernel(outputs, arguments);
-  out_.resize(outputs.size());
+  std::vector<EventConditions::Condition> list;
+  for (const Event& event : events) list.push_back({event.when, !event.termination_reason.empty()});
+  conditions_ = EventConditions::of(*problem, list);
+  kernel_ = conditions_->kernel;
+  out_.resize(kernel_.outputs());
   count_wanted();
 }
 
@@ -83,8 +36,8 @@ EventFinder::EventFinder(const ProblemPtr& problem, const std::vector<Event>& ev
 void EventFinder::count_wanted() {
   wants_ = {};
   for (std::size_t i = 0; i < ignored_.size(); ++i) {
-    wants_.slopes = wants_.slopes || (measured_[i] && !ignored_[i]);
-    wants_.solution = wants_.solution || (!clock_[i] && !ignored_[i]);
+    wants_.slopes = wants_.slopes || (conditions_->measured[i] && !ignored_[i]);
+    wants_.solution = wants_.solution || (!conditions_->clock[i] && !ignored_[i]);
   }
 }
 
@@ -102,9 +55,10 @@ void EventFinder::evaluate(const Point& point, double t, Sample& out) {
   const auto last = middle + static_cast<std::ptrdiff_t>(events_->size());
   out.slope.assign(middle, last);
   out.rate.assign(events_->size(), 0.0);
-  for (std::size_t k = 0; k < phases_.events.size(); ++k) {
+  for (std::size_t k = 0; k < conditions_->phases.size(); ++k) {
     const double rate = std::fabs(last[static_cast<std::ptrdiff_t>(k)]);
-    if (std::isfinite(rate)) out.rate[phases_.events[k]] = std::max(out.rate[phases_.events[k]], rate);
+    if (std::isfinite(rate))
+      out.rate[conditions_->phases[k]] = std::max(out.rate[conditions_->phases[k]], rate);
   }
   for (std::size_t i = 0; i < events_->size(); ++i)
     if (std::isfinite(out.g[i])) {
@@ -128,7 +82,7 @@ void EventFinder::sample(Stepper& stepper, const StepView& step, double t, Detai
   if (!wants_.solution) return evaluate(step.to, t, out);
   point_.xdot = step.to.xdot;
   point_.z = step.to.z;
-  if (detail == Detail::state && needs_derivatives_) detail = Detail::full;
+  if (detail == Detail::state && conditions_->needs_derivatives) detail = Detail::full;
   stepper.interpolate(step, t, detail, point_);
   evaluate(point_, out);
   out.exact = detail != Detail::sketch;
@@ -152,8 +106,8 @@ void EventFinder::measure_slopes(Stepper& stepper, const StepView& step, double 
     return beside_.g;
   };
   const std::vector<double> g = conditions(at), other = conditions(beside);
-  for (std::size_t i = 0; i < measured_.size(); ++i) {
-    if (!measured_[i] || ignored_[i]) continue;
+  for (std::size_t i = 0; i < conditions_->measured.size(); ++i) {
+    if (!conditions_->measured[i] || ignored_[i]) continue;
     out.slope[i] = (g[i] - other[i]) / (at - beside);
     if (!out.exact && at == t) out.g[i] = g[i];
   }
@@ -177,7 +131,7 @@ double EventFinder::slope(int which, const Point& point) {
 
 double EventFinder::slope_between(int which, const Point& a, const Point& b) {
   const double known = slope(which, b);
-  if (slope_known_[which]) return known;
+  if (conditions_->slope_known[which]) return known;
   const double g = probe_.g[which];
   evaluate(a, probe_);
   return (g - probe_.g[which]) / (b.t - a.t);
@@ -196,7 +150,7 @@ void EventFinder::take_over(const EventFinder& before, std::size_t events) {
   std::copy_n(before.finite_.begin(), events, finite_.begin());
   std::copy_n(before.largest_.begin(), events, largest_.begin());
   count_wanted();
-  phases_.uncounted = before.phases_.uncounted;
+  uncounted_ = before.uncounted_;
   end_ = before.end_;
   span_ = before.span_;
 }
@@ -214,7 +168,8 @@ bool EventFinder::turns_back(std::size_t i) const {
 
 /// A few ulp of the terms of an event function at the point that was evaluated last.
 double EventFinder::rounding(std::size_t i) {
-  if (!slope_known_[i]) return measured_[i] && turns_back(i) ? rounding_of_solved * largest_[i] : 0;
+  if (!conditions_->slope_known[i])
+    return conditions_->measured[i] && turns_back(i) ? rounding_of_solved * largest_[i] : 0;
   if (!(*events_)[i].surface && !turns_back(i)) return 0;
   if (terms_.empty()) terms_.resize(events_->size());
   if (terms_[i].outputs() == 0) {
@@ -232,7 +187,8 @@ double EventFinder::rounding(std::size_t i) {
 
 /// To rounding: what g changes by in a few ulp of t.
 bool EventFinder::is_zero(std::size_t i, const Sample& at) const {
-  const double size = slope_known_[i] ? std::fabs(at.slope[i]) * std::max(span_, std::fabs(at.t)) : 0;
+  const double size =
+      conditions_->slope_known[i] ? std::fabs(at.slope[i]) * std::max(span_, std::fabs(at.t)) : 0;
   return at.g[i] == 0 || std::fabs(at.g[i]) <= 64 * eps * size;
 }
 
@@ -286,7 +242,7 @@ void EventFinder::start(const Point& point, const std::vector<Crossing>& crossed
     beginnings_[c.which] = {std::fabs(g - c.g) <= 1e-3 * std::fabs(c.g), c.rising ? -1 : 1};
     // an unknown that is solved for anew, in another branch, is 0 up to the rounding of its equations and of t
     const double size = largest_[c.which] + std::fabs(c.slope) * std::max(span_, std::fabs(point.t));
-    if (measured_[c.which] && std::fabs(g) <= rounding_of_solved * size) g = 0;
+    if (conditions_->measured[c.which] && std::fabs(g) <= rounding_of_solved * size) g = 0;
   }
   blur_.assign(events_->size(), 0.0);
   for (std::size_t i = 0; i < events_->size(); ++i) {
@@ -307,7 +263,7 @@ bool EventFinder::stays_on_border(std::size_t i, const Sample& a, const Sample& 
 /// monotone or gently curved function.
 bool EventFinder::may_hide(const Sample& a, const Sample& b, int depth) const {
   for (std::size_t i = 0; i < events_->size(); ++i) {
-    if (depth >= (clock_[i] ? deepest_clock : deepest) || opposite(a.g[i], b.g[i])) continue;
+    if (depth >= (conditions_->clock[i] ? deepest_clock : deepest) || opposite(a.g[i], b.g[i])) continue;
     const double steepest = std::max(std::fabs(a.slope[i]), std::fabs(b.slope[i]));
     if (steepest * (b.t - a.t) > 1.5 * (std::fabs(a.g[i]) + std::fabs(b.g[i]))) return true;
   }
@@ -317,7 +273,8 @@ bool EventFinder::may_hide(const Sample& a, const Sample& b, int depth) const {
 /// At the end of the run there is no step behind a root that would show the change of sign.
 bool EventFinder::ends_at_zero(std::size_t i, const Sample& a, const Sample& b) const {
   if (b.t < end_ || std::fabs(a.g[i]) <= tiny || opposite(a.g[i], b.g[i])) return false;
-  if (!slope_known_[i] && !(*events_)[i].termination_reason.empty()) return falls_to_zero(i, a, b);
+  if (!conditions_->slope_known[i] && !(*events_)[i].termination_reason.empty())
+    return falls_to_zero(i, a, b);
   return a.g[i] * b.slope[i] < 0 && is_zero(i, b);
 }
 
@@ -326,12 +283,12 @@ bool EventFinder::ends_at_zero(std::size_t i, const Sample& a, const Sample& b) 
 bool EventFinder::oscillates(const Sample& a, const Sample& b, int depth) {
   constexpr int close = 12, coarse = 4;  // halvings: 4096 samples in a quarter of a step
   constexpr long many = 20000;           // samples between which a sine turns: some steps full of them
-  if (phases_.events.empty()) return false;
+  if (conditions_->phases.empty()) return false;
   for (std::size_t i = 0; i < events_->size(); ++i) {
     if (!(std::max(a.rate[i], b.rate[i]) * (b.t - a.t) > 1)) continue;
-    if (depth < (phases_.uncounted > many ? coarse : close)) return true;
+    if (depth < (uncounted_ > many ? coarse : close)) return true;
     const Event& event = (*events_)[i];
-    if (++phases_.uncounted > many && !event.surface && event.termination_reason.empty())
+    if (++uncounted_ > many && !event.surface && event.termination_reason.empty())
       throw Oscillation(
           text("the condition of an event, ", to_text(event.when), ", oscillates too fast to be followed, ",
                "thousands of times in a step; leave the event out, or limit the steps by dtmax"));
@@ -424,7 +381,7 @@ std::optional<EventFinder::Hit> EventFinder::find(Stepper& stepper, const StepVi
   if (wants_.slopes && fresh_) {
     measure_slopes(stepper, step, from, last_);
     for (std::size_t i = 0; i < events_->size(); ++i)
-      if (measured_[i] && last_.g[i] == 0 && last_.slope[i] != 0)
+      if (conditions_->measured[i] && last_.g[i] == 0 && last_.slope[i] != 0)
         last_.g[i] = std::copysign(tiny, slope_after(stepper, step, i));
   }
   fresh_ = false;

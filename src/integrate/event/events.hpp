@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "integrate/event/event_conditions.hpp"
 #include "integrate/event/surfaces.hpp"
 #include "integrate/problem/projection.hpp"
 #include "integrate/step/stepper.hpp"
@@ -77,7 +78,7 @@ class EventFinder {
   };
   bool empty() const { return events_->empty(); }
   /// Its condition is one of t and parameters.
-  bool is_moment(std::size_t which) const { return clock_[which]; }
+  bool is_moment(std::size_t which) const { return conditions_->clock[which]; }
   /// A condition inside a step.
   double value(Stepper& stepper, const StepView& step, int which, double t);
   /// The times of the run. A condition that is 0 to rounding at its end is a root.
@@ -181,16 +182,10 @@ class EventFinder {
 
   ProblemPtr problem_;
   const std::vector<Event>* events_;
-  codegen::Kernel kernel_;  ///< g, then dg/dt, then the slopes of the arguments of sines
-  struct Phases {
-    std::vector<std::size_t> events;  ///< the event of each of those arguments
-    long uncounted = 0;               ///< samples of the run between which a sine turned
-  };
-  Phases phases_;
-  std::vector<char> slope_known_;  ///< dg/dt contains nothing but known leaves
-  std::vector<char> measured_;     ///< its slope is a difference along the step
-  std::vector<double> largest_;    ///< |g| so far
-  std::vector<char> clock_;        ///< g depends on time alone
+  std::shared_ptr<const EventConditions> conditions_;
+  codegen::Kernel kernel_;       ///< of the conditions, with a workspace of its own
+  long uncounted_ = 0;           ///< samples of the run between which a sine turned
+  std::vector<double> largest_;  ///< |g| so far
   /// By those that are not ignored: slopes along the step, more than t.
   struct {
     bool slopes = false, solution = false;
@@ -206,9 +201,8 @@ class EventFinder {
   std::vector<codegen::Kernel> terms_;  ///< Σ |∂g/∂y y|, of each event where it was asked for
   double end_ = std::numeric_limits<double>::infinity();
   double span_ = 1;  ///< times are rounded to ulp of it
-  bool needs_derivatives_ = false;
-  Sample last_;   ///< at the last point looked at; signs of zeros are those just after
-  Sample floor_;  ///< the last exact sample before those of the step that are sketches
+  Sample last_;      ///< at the last point looked at; signs of zeros are those just after
+  Sample floor_;     ///< the last exact sample before those of the step that are sketches
   Sample here_, probe_, beside_;
   Point point_;
   std::vector<double> out_;

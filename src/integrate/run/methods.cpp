@@ -222,14 +222,14 @@ namespace {
 
 /// The same where some variable has moved by a hundredth of the largest: species that are zero at the start hide the
 /// stiff eigenvalue of a reaction like y² (Robertson's), and show it a little later.
-std::optional<Rates> rates_ahead(RhsSolver& derivative, const Point& start, double span) {
+std::optional<Rates> rates_ahead(RhsSolver& derivative, const Point& start, double span, double harmless) {
   const double size = start.x.cwiseAbs().maxCoeff(), speed = start.xdot.cwiseAbs().maxCoeff();
   if (!(size > 0 && speed > 0)) return {};
   Point ahead = start;
   ahead.x += std::min(0.01 * size / speed, 0.01 * span) * start.xdot;
   if (!derivative(ahead.t, ahead.x.data(), ahead.xdot.data(), ahead.z.data()) || !derivative.is_regular())
     return {};
-  return rates(derivative, ahead);
+  return rates(derivative, ahead, harmless);
 }
 
 /// Whether an implicit method would be faster from here on. Where something grows nearly as fast as other things decay,
@@ -360,20 +360,22 @@ Choice choose(const ProblemPtr& whole, const Method& method, const Plan& plan, c
   RhsSolver derivative(problem, unused);
   if (!derivative(at.t, at.x.data(), at.xdot.data(), at.z.data()) || !derivative.is_regular())
     return {&family::radau, nullptr, "x′ and z do not follow from t and x at the start"};
-  const auto here = rates(derivative, at);
-  if (!here) return {&family::radau, nullptr, "no eigenvalues of ∂x′/∂x were found at the start"};
   const double span = plan.to - plan.from;
   const int size = problem->n() + problem->m();
   const bool iterates = !derivative.is_linear() && plan.modes == 0;  // else few: branches are often linear
   const MethodFamily& implicit = implicit_family(*whole, method, plan);
   const double worth = worth_explicit_steps(implicit, size);
+  const bool stiffness_alone = size <= StepWork::small && !problem->has_dense_jacobian();  // is asked for
+  const double harmless = stiffness_alone ? stability_limit * worth / (iterates ? iterating : 1) / span : 0;
+  const auto here = rates(derivative, at, harmless);
+  if (!here) return {&family::radau, nullptr, "no eigenvalues of ∂x′/∂x were found at the start"};
   if (!problem->has_dense_jacobian()) {
     if (!couplings)
       if (const auto counted = counted_choice(*whole, method, plan, at, *here, span)) return *counted;
     if (is_stiff(*here, span, worth, iterates))
       return {&implicit, nullptr,
               "stiff: an eigenvalue of ∂x′/∂x at the start is large beside 1/(to - from)"};
-    if (const auto later = rates_ahead(derivative, at, span);
+    if (const auto later = rates_ahead(derivative, at, span, harmless);
         later && is_stiff(*later, span, worth, iterates))
       return {&implicit, nullptr, "stiff: an eigenvalue of ∂x′/∂x soon becomes large beside 1/(to - from)"};
     if (iterates && iterated_stages_cost_more(size))

@@ -88,12 +88,15 @@ void balance(Mat& A) {
 
 }  // namespace
 
-std::optional<Rates> rates(RhsSolver& derivative, const Point& at) {
+std::optional<Rates> rates(RhsSolver& derivative, const Point& at, double harmless) {
   const Eigen::Index n = at.x.size();
   const ScaledJacobian J(derivative, at);
   auto matrix = n <= most ? columns(J, n) : hessenberg(J, n);
   if (!matrix) return {};
   balance(*matrix);
+  const double norm =
+      std::min(matrix->cwiseAbs().rowwise().sum().maxCoeff(), matrix->cwiseAbs().colwise().sum().maxCoeff());
+  if (norm < harmless) return Rates{norm, norm, norm};
   const Eigen::EigenSolver<Mat> solver(*matrix, false);
   if (solver.info() != Eigen::Success) return {};
   Rates found;

@@ -109,24 +109,17 @@ void PeakMonitor::evaluate(const Point& point, Values& out) {
   nodes_.kernel(own()->values().data(), out.data());
 }
 
-/// On the cubic through the ends of a step; slopes by shares of it.
+/// On the cubic through the ends of a step.
 void PeakMonitor::look(const Point& from, const Point& to, double share, Sample& out) {
   out.share = share;
-  if (share == 0) {
-    out.values = last_;
-  } else if (share == 1) {
-    out.values = next_;
-  } else {
-    hermite(from, to, share, inside_);
-    evaluate(inside_, out.values);
-  }
-  for (std::size_t i = nodes(); i < out.values.size(); ++i) out.values[i] *= to.t - from.t;
+  hermite(from, to, share, inside_);
+  evaluate(inside_, out.values);
 }
 
 void PeakMonitor::restart(const ProblemPtr& problem, const Point& point) {
   if (nodes() == 0) return;
   follow(problem);
-  evaluate(point, last_);
+  evaluate(point, last_.values);
 }
 
 bool PeakMonitor::is_tired() const {
@@ -137,37 +130,32 @@ bool PeakMonitor::is_tired() const {
 double PeakMonitor::missed(const ProblemPtr& problem, const Point& from, const Point& to) {
   if (nodes() == 0) return 0;
   follow(problem);
-  evaluate(to, next_);
+  evaluate(to, next_.values);
   ++steps_;
-  const double off = varies_fast(to.t - from.t) ? passes_peak(from, to) : 0;
+  dt_ = to.t - from.t;
+  searched_ = 0;
+  const double off = varies_fast() ? passes_peak(last_, next_, 0, from, to) : 0;
   if (off > 0)
     ++repeated_;
   else
-    last_.swap(next_);
+    last_.values.swap(next_.values);
   return off;
 }
 
 /// A tangent at one of the ends leads far enough for a peak, and there may be one.
-bool PeakMonitor::varies_fast(double dt) const {
+bool PeakMonitor::varies_fast() const {
+  const Values &a = last_.values, &b = next_.values;
   for (std::size_t i = 0; i < nodes(); ++i) {
-    if (nodes_.is_parabola[i] && !turns(i, last_, next_)) continue;
-    const double reach = std::max(std::fabs(last_[nodes() + i]), std::fabs(next_[nodes() + i])) * dt;
-    const double size =
-        nodes_.is_divisor[i] ? 0.5 * std::min(std::fabs(last_[i]), std::fabs(next_[i])) : high;
+    if (nodes_.is_parabola[i] && !turns(i, a, b)) continue;
+    const double reach = std::max(std::fabs(a[nodes() + i]), std::fabs(b[nodes() + i])) * dt_;
+    const double size = nodes_.is_divisor[i] ? 0.5 * std::min(std::fabs(a[i]), std::fabs(b[i])) : high;
     if (reach > size) return true;
   }
   return false;
 }
 
-/// By how many tolerances; 0 where there is none.
-double PeakMonitor::passes_peak(const Point& from, const Point& to) {
-  searched_ = 0;
-  look(from, to, 0, begin_);
-  look(from, to, 1, end_);
-  return passes_peak(begin_, end_, 0, from, to);
-}
-
-/// Halves, until what is in the middle of a part follows from its ends: several peaks may lie in a step.
+/// By how many tolerances; 0 where there is none. Halves, until what is in the middle of a part follows from its ends:
+/// several peaks may lie in a step.
 double PeakMonitor::passes_peak(const Sample& low, const Sample& behind, int depth, const Point& from,
                                 const Point& to) {
   if (depth < deepest) {
@@ -190,9 +178,11 @@ double PeakMonitor::passes_peak(const Sample& low, const Sample& behind, int dep
 /// How high ± u must be for a peak, more than e² times as high as the ends of the step: the stages see others.
 double PeakMonitor::peak_height(std::size_t i) const {
   constexpr double least_exponent = -60;
-  if (!nodes_.is_divisor[i]) return std::max(std::max(last_[i], next_[i]) + high, least_exponent);
-  if (!(last_[i] * next_[i] > 0)) return std::numeric_limits<double>::infinity();  // a pole, not a peak
-  return -std::min(std::fabs(last_[i]), std::fabs(next_[i])) * std::exp(-high);
+  static const double share = std::exp(-high);
+  const double a = last_.values[i], b = next_.values[i];
+  if (!nodes_.is_divisor[i]) return std::max(std::max(a, b) + high, least_exponent);
+  if (!(a * b > 0)) return std::numeric_limits<double>::infinity();  // a pole, not a peak
+  return -std::min(std::fabs(a), std::fabs(b)) * share;
 }
 
 /// No node gets as high as a peak between two samples: not the cubics from them to the middle, which lie between their
@@ -200,12 +190,12 @@ double PeakMonitor::peak_height(std::size_t i) const {
 bool PeakMonitor::shows_no_peak(const Sample& low, const Sample& middle, const Sample& behind) const {
   constexpr double several = 8;
   constexpr double of_slope = 0.143;  // greatest value of s²(1-s)²(s-½), beside its slope at ½
-  const double width = behind.share - low.share, third = width / 6;  // of the way to the middle
+  const double width = (behind.share - low.share) * dt_, third = width / 6;  // of the way to the middle
   for (std::size_t i = 0; i < nodes(); ++i) {
     const double height = peak_height(i);
     if (height == std::numeric_limits<double>::infinity()) continue;
-    if (nodes_.is_parabola[i] && !turns(i, last_, next_)) continue;
-    const double side = nodes_.is_divisor[i] && last_[i] > 0 ? -1 : 1;
+    if (nodes_.is_parabola[i] && !turns(i, last_.values, next_.values)) continue;
+    const double side = nodes_.is_divisor[i] && last_.values[i] > 0 ? -1 : 1;
     const std::size_t slope = nodes() + i;
     const double a = side * low.values[i], m = side * middle.values[i], b = side * behind.values[i];
     const double da = side * low.values[slope], dm = side * middle.values[slope],
@@ -220,7 +210,8 @@ bool PeakMonitor::shows_no_peak(const Sample& low, const Sample& middle, const S
 
 /// A tangent at one of two samples leads as high as a peak before the other.
 bool PeakMonitor::may_reach_peak(std::size_t i, const Sample& low, const Sample& behind) const {
-  const double side = nodes_.is_divisor[i] && last_[i] > 0 ? -1 : 1, width = behind.share - low.share;
+  const double side = nodes_.is_divisor[i] && last_.values[i] > 0 ? -1 : 1;
+  const double width = (behind.share - low.share) * dt_;
   const double before = side * (low.values[i] + width * low.values[nodes() + i]);
   const double after = side * (behind.values[i] - width * behind.values[nodes() + i]);
   return !(std::max(before, after) < peak_height(i));
@@ -240,7 +231,7 @@ std::optional<PeakMonitor::Peak> PeakMonitor::peak_between(std::size_t i, const 
                                                            const Point& to) {
   constexpr double narrowest = 1e-6, least_width = 1e-4;
   const bool divisor = nodes_.is_divisor[i];
-  const double side = divisor && last_[i] > 0 ? -1 : 1;
+  const double side = divisor && last_.values[i] > 0 ? -1 : 1;
   low_ = low;
   behind_ = behind;
   while (behind_.share - low_.share > narrowest) {

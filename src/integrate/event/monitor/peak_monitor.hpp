@@ -58,8 +58,7 @@ class PeakMonitor {
   std::size_t nodes() const { return nodes_.is_divisor.size(); }
   void evaluate(const Point& point, Values& out);
   void look(const Point& from, const Point& to, double share, Sample& out);
-  bool varies_fast(double dt) const;
-  double passes_peak(const Point& from, const Point& to);
+  bool varies_fast() const;
   double passes_peak(const Sample& low, const Sample& behind, int depth, const Point& from, const Point& to);
   bool shows_no_peak(const Sample& low, const Sample& middle, const Sample& behind) const;
   double peak_height(std::size_t i) const;
@@ -78,9 +77,10 @@ class PeakMonitor {
   Values arguments_;  ///< of the kernel, where the model has no inputs
   Tolerances tolerances_;
   Nodes nodes_;
-  Values last_, next_;                     ///< at the ends of the last step
-  Sample begin_, end_, middles_[deepest];  ///< slopes by shares of the step
-  Sample low_, behind_, middle_;           ///< of a search
+  Sample last_{0, {}}, next_{1, {}};  ///< at the ends of the last step
+  Sample middles_[deepest];
+  Sample low_, behind_, middle_;  ///< of a search
+  double dt_ = 0;                 ///< of the step that is looked at
   int searched_ = 0;
   Stats ignored_;
   std::unique_ptr<RhsSolver> rhs_;

@@ -1,0 +1,30 @@
+// What follows from the conditions of events and the equations alone, not from numbers.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "codegen/kernel/kernel.hpp"
+#include "integrate/problem/problem.hpp"
+
+namespace pendula::integrate {
+
+/// Of every condition g, in their order.
+struct EventConditions {
+  struct Condition {
+    Expr when;
+    bool guard;  ///< where it is 0, the equations become singular: x′ and z must not be asked for
+  };
+  /// Remembered for runs of the same equations.
+  static std::shared_ptr<const EventConditions> of(const Problem& problem, std::span<const Condition> list);
+
+  codegen::Kernel kernel;           ///< g, then dg/dt, then the slopes of the arguments of sines
+  std::vector<char> slope_known;    ///< dg/dt contains nothing but known leaves
+  std::vector<char> measured;       ///< its slope is a difference along the step
+  std::vector<char> clock;          ///< g depends on time alone
+  std::vector<std::size_t> phases;  ///< the condition of each of those arguments
+  bool needs_derivatives = false;
+};
+
+}  // namespace pendula::integrate
