@@ -40,6 +40,9 @@ struct Event {
 
 struct EventList {
   std::vector<Event> list;
+  /// On which side of its root a condition was just before the start, where the run goes on from another one: what has
+  /// jumped across its root happens at the start. Of none, or of the first events.
+  std::vector<double> sides;
   /// Conditions that the states must satisfy after a reset, level by level; `reset` says which states keep
   /// their new value. Throws Error when they cannot.
   std::function<void(Point&, const std::vector<int>& reset)> reinitialise;

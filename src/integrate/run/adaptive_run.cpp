@@ -104,7 +104,7 @@ class AdaptiveRun {
     domain_.start(first_);
     standstill_.after(first_, plan().to - first_.t);
     peaks_.restart(state_.problem, first_);
-    ended_ = events_.settle();
+    ended_ = events_.settle(nullptr, events_.carried_across(plan().events.sides));
   }
 
   void go() {
@@ -171,7 +171,7 @@ class AdaptiveRun {
       outcome.ending = Ending::finished;
       if (breaks_.are_at_end()) breaks_.arrive();
     } else if (at_break) {
-      breaks_.pass();
+      if (breaks_.pass()) outcome.ending = Ending::event;
     } else {
       if (plan().modes > 0 && modes_.differ()) events_.begin_again(Point(stepper().here()), {});
       if (plan().stop_when && plan().stop_when(stepper().here()))

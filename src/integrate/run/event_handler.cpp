@@ -140,6 +140,7 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
   s.keep(point, may_jump || surface);
   const Point before = point;
   bool settle_after = false;
+  const std::vector<double> sides = this->sides();
   auto [stop, changed, pending] = apply_all(hit, point);
   bool begun = false;
   if (!stop && (changed || (surface && !at_end))) {
@@ -155,6 +156,8 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
     settle_after = !stop;
   } else if (begun) {
     s.go_on(before);
+    pending = carried_across(sides, hit);
+    settle_after = !pending.empty();
   } else {
     s.writer.go_on(point, false);  // held back, but nothing has jumped
   }
@@ -165,6 +168,35 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
   const bool ends_step = stop || changed || surface || at_end;
   if (!ends_step) s.finder.pass(hit, s.stepper(), s.view);
   return ends_step;
+}
+
+std::vector<double> EventHandler::sides() const {
+  std::vector<double> sides;
+  for (std::size_t i = 0; i < state_.plan.events.list.size(); ++i)
+    sides.push_back(state_.finder.side(static_cast<int>(i)));
+  return sides;
+}
+
+bool EventHandler::settle_carried(const Point& before, const std::vector<double>& sides) {
+  std::vector<EventFinder::Crossing> list = carried_across(sides);
+  return !list.empty() && settle(&before, std::move(list));
+}
+
+/// Conditions that have jumped across their roots: forces between bodies, where friction turns.
+std::vector<EventFinder::Crossing> EventHandler::carried_across(const std::vector<double>& before,
+                                                                const EventFinder::Hit& hit) const {
+  std::vector<EventFinder::Crossing> list;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    const Event& event = state_.plan.events.list[i];
+    const int which = static_cast<int>(i);
+    const double now = state_.finder.side(which);
+    if (event.surface || !event.termination_reason.empty() || before[i] * now >= 0 ||
+        event.direction * now < 0)
+      continue;
+    if (std::none_of(hit.list.begin(), hit.list.end(), [&](const auto& c) { return c.which == which; }))
+      list.push_back({which, now > 0});
+  }
+  return list;
 }
 
 /// The condition falls by the continuous extension while it rises by the equations, or the reverse, and a reset

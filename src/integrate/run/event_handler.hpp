@@ -33,6 +33,15 @@ class EventHandler {
   /// Begins anew at a point where the equations or the states have jumped.
   void begin_again(const Point& point, const ModeTracker::Crossings& crossed);
 
+  /// On which side of its root each condition is: -1, 0, 1.
+  std::vector<double> sides() const;
+  /// Of sides before a jump: conditions that it has carried across their roots, beside those of a hit.
+  std::vector<EventFinder::Crossing> carried_across(const std::vector<double>& before,
+                                                    const EventFinder::Hit& hit = {}) const;
+  /// After begin_again(): conditions that the jump has carried across their roots happen now, as in settle(). Requires the
+  /// point and the sides before it.
+  bool settle_carried(const Point& before, const std::vector<double>& sides);
+
   /// The step has passed a smooth, narrow switch: it is taken back, and the next one ends there.
   bool repeated_up_to_switch();
 
@@ -60,7 +69,8 @@ class EventHandler {
 
   AtRoots at_roots(const Point& before, const Point& here);
   bool is_at_root(std::size_t i, const Point& point, double fastest) const;
-  std::optional<int> overdue(const std::vector<char>& happened, const AtRoots* roots, const Point& here);
+  std::optional<int> overdue(const std::vector<char>& happened, const std::vector<char>& idle,
+                             const AtRoots* roots, const Point& here);
   void remark_order(int which, double t);
   bool is_thrown_back(const EventFinder::Crossing& crossing, const Point& here, const AtRoots& roots);
   bool turns_back(const EventFinder::Crossing& crossing) const {

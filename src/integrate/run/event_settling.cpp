@@ -10,12 +10,13 @@
 namespace pendula::integrate {
 
 /// The first event of direction ±2 whose condition is beyond its root where the run stands, or at it and on its way beyond.
-/// happened: those that have at this time, at their roots: what rests there, as balls that touch, does so once.
-std::optional<int> EventHandler::overdue(const std::vector<char>& happened, const AtRoots* roots,
-                                         const Point& here) {
+/// happened: those that have at this time, at their roots: what rests there, as balls that touch, does so once. idle: those
+/// that have and changed nothing.
+std::optional<int> EventHandler::overdue(const std::vector<char>& happened, const std::vector<char>& idle,
+                                         const AtRoots* roots, const Point& here) {
   const std::vector<Event>& events = state_.plan.events.list;
   for (std::size_t i = 0; i < events.size(); ++i) {
-    if (std::abs(events[i].direction) < 2) continue;
+    if (std::abs(events[i].direction) < 2 || idle[i]) continue;
     const double sign = events[i].direction > 0 ? 1 : -1, beyond = sign * state_.finder.values()[i];
     if (!roots && state_.finder.is_on_border(i) && happened[i]) continue;
     if (roots && !events[i].surface && is_at_root(i, here, roots->fastest())) {
@@ -72,16 +73,19 @@ void EventHandler::remark_order(int which, double t) {
 bool EventHandler::settle(const Point* last, std::vector<EventFinder::Crossing> pending) {
   constexpr int most = 1000;  // events at one time
   std::optional<AtRoots> roots;
-  std::vector<char> happened(state_.plan.events.list.size(), 0);
+  std::vector<char> happened(state_.plan.events.list.size(), 0), idle = happened;
   for (int count = 0;; ++count) {
     if (state_.finder.empty()) return false;
     Point point = state_.stepper().here();
     if (last && !roots) roots = at_roots(*last, point);
-    auto which = overdue(happened, roots ? &*roots : nullptr, point);
+    auto which = overdue(happened, idle, roots ? &*roots : nullptr, point);
     const auto slope = [&](int i) { return state_.finder.slope(i, point); };
     if (roots && (which || !pending.empty())) roots->look(slope);
-    if (!pending.empty()) {
+    const bool found = !pending.empty();
+    bool rising = false;
+    if (found) {
       which = pending.front().which;
+      rising = pending.front().rising;
       const bool is_none = roots && is_thrown_back(pending.front(), point, *roots);
       if (roots && roots->order_matters(*which, slope(*which))) remark_order(*which, point.t);
       pending.erase(pending.begin());
@@ -99,7 +103,7 @@ bool EventHandler::settle(const Point* last, std::vector<EventFinder::Crossing> 
                          " events set each other off without end; one of them is ", to_text(event.when),
                          " = 0"));
     const Point before = point;
-    const EventFinder::Crossing crossing{*which, event.direction > 0, 0};
+    const EventFinder::Crossing crossing{*which, found ? rising : event.direction > 0, 0};
     if (state_.finder.is_on_border(*which) || (roots && is_at_root(*which, point, roots->fastest())))
       happened[*which] = 1;
     state_.keep(point, true);
@@ -107,6 +111,11 @@ bool EventHandler::settle(const Point* last, std::vector<EventFinder::Crossing> 
     if (reply.stop) {
       write_records(point);
       return true;
+    }
+    if (reply.reset.empty() && found) {
+      write_records(point);
+      idle[*which] = 1;
+      continue;
     }
     if (reply.reset.empty()) {
       records_.clear();

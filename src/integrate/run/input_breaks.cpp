@@ -55,14 +55,16 @@ bool InputBreaks::has_jumped_to_next(const Point& here) {
   return true;
 }
 
-void InputBreaks::pass() {
+bool InputBreaks::pass() {
   Stepper& stepper = state_.stepper();
   const Point here = stepper.here();
+  const std::vector<double> sides = events_.sides();
   state_.aim(here.t);
   stepper.suggest(stepper.next_dt());
   events_.begin_again(here, {});
   stepper.suggest(0);
   state_.go_on(here);
+  return events_.settle_carried(here, sides);
 }
 
 bool InputBreaks::are_at_end() const {
@@ -72,9 +74,11 @@ bool InputBreaks::are_at_end() const {
 void InputBreaks::arrive() {
   const Point here = state_.stepper().here();
   try {
+    const std::vector<double> sides = events_.sides();
     state_.aim(here.t);
     events_.begin_again(here, {});
     state_.go_on(here);
+    events_.settle_carried(here, sides);
   } catch (const Failure&) {  // no solution goes on, and none has to
   }
 }

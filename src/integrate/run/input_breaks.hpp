@@ -14,8 +14,9 @@ class InputBreaks {
   /// Where an unknown jumps with an input, the errors of steps across are never small: they become shorter until none is
   /// left between the last point and the jump. Then the run goes on behind it.
   bool has_jumped_to_next(const Point& here);
-  /// Goes on behind a time at which inputs are not smooth, with steps of the size they had.
-  void pass();
+  /// Goes on behind a time at which inputs are not smooth, with steps of the size they had. True where an event ends the
+  /// run there.
+  bool pass();
   /// Is there a break at `to`?
   bool are_at_end() const;
   /// Inputs that jump at `to` have their new values there, as at any other time.

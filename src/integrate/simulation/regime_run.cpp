@@ -80,6 +80,27 @@ std::string not_shared(Expr law) {
       "every contact that they touch an event with a reset, or none");
 }
 
+/// On which side of their roots conditions of events are.
+std::vector<double> sides_of(const std::vector<ModelEvent>& events, const dae::ModelPtr& model,
+                             const dae::StartRequest& here) {
+  std::vector<double> sides;
+  if (events.empty()) return sides;
+  const dae::PointValues values = dae::values_before(*model, here);
+  for (const ModelEvent& event : events) {
+    const double g = dae::value_at(dae::resolve(*model, event.when), values);
+    sides.push_back((g > 0) - (g < 0));
+  }
+  return sides;
+}
+
+/// May an event carry a margin across 0?
+bool is_reset(Expr margin, const std::vector<ModelEvent>& events, const dae::Model& model) {
+  for (const ModelEvent& event : events)
+    for (const auto& [state, value] : event.reset)
+      if (depends_on(margin, dae::resolve(model, state))) return true;
+  return false;
+}
+
 class RegimeRun {
  public:
   RegimeRun(const dae::ModelPtr& model, const Simulation& simulation)
@@ -134,8 +155,10 @@ class RegimeRun {
   /// Integrates in one regime; left_: it ended where the regime does.
   RunOutcome piece(const dae::RegimeStart& start) {
     const dae::Regime& regime = *start.regime;
-    struck_ = false;
     Simulation part = simulation_;
+    if (!struck_ && !whole_.pieces().empty())
+      part.plan.events.sides = sides_of(simulation_.events, model_, request());
+    struck_ = false;
     part.plan.from = t_;
     part.plan.times.reset();
     part.events = blows_.events_in(regime);
@@ -143,7 +166,7 @@ class RegimeRun {
     for (std::size_t i = 0; i < regime.region.margins.size(); ++i) {
       ModelEvent end;
       end.when = regime.region.margins[i] + Expr(start.slack[i]);
-      end.direction = is_reset(end.when) ? -2 : -1;
+      end.direction = is_reset(end.when, simulation_.events, *model_) ? -2 : -1;
       end.stop = true;
       part.events.push_back(std::move(end));
     }
@@ -249,14 +272,6 @@ class RegimeRun {
       const double size = dae::size_of(margin, values, sizes);
       if (dae::value_at(margin, values) < -visible * tolerance_.rtol * size) return true;
     }
-    return false;
-  }
-
-  /// May an event carry it across 0?
-  bool is_reset(Expr margin) const {
-    for (const ModelEvent& event : simulation_.events)
-      for (const auto& [state, value] : event.reset)
-        if (depends_on(margin, dae::resolve(*model_, state))) return true;
     return false;
   }
 
