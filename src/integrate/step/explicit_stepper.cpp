@@ -38,12 +38,13 @@ template <int parts, class Vector, class Row>
   return k;
 }
 
-template <class Row>
+/// Vector: as wide as the processor's registers; wider ones go through memory.
+template <class Vector, class Row>
 [[gnu::always_inline]] inline void combined(int k, int n, const double* x, double h, const Row& row,
                                             const double* K, double* out) {
-  k = combined_wide<4, Four>(k, n, x, h, row, K, out);
-  k = combined_wide<2, Four>(k, n, x, h, row, K, out);
-  k = combined_wide<1, Four>(k, n, x, h, row, K, out);
+  k = combined_wide<4, Vector>(k, n, x, h, row, K, out);
+  k = combined_wide<2, Vector>(k, n, x, h, row, K, out);
+  k = combined_wide<1, Vector>(k, n, x, h, row, K, out);
   k = combined_wide<1, Two>(k, n, x, h, row, K, out);
   for (; k < n; ++k) {
     double sum = 0;
@@ -56,13 +57,13 @@ template <class Row>
 template <class Row>
 [[gnu::target("avx2")]] void combine_avx2(int n, const double* x, double h, const Row& row, const double* K,
                                           double* out) {
-  combined(0, n, x, h, row, K, out);
+  combined<Four>(0, n, x, h, row, K, out);
 }
 /// The same bits, eight at a time.
 template <class Row>
 [[gnu::target("avx512f,avx2")]] void combine_avx512(int n, const double* x, double h, const Row& row,
                                                     const double* K, double* out) {
-  combined(combined_wide<4, Eight>(0, n, x, h, row, K, out), n, x, h, row, K, out);
+  combined<Four>(combined_wide<4, Eight>(0, n, x, h, row, K, out), n, x, h, row, K, out);
 }
 const bool with_avx2 = __builtin_cpu_supports("avx2"), with_avx512 = __builtin_cpu_supports("avx512f");
 #endif
@@ -70,11 +71,11 @@ const bool with_avx2 = __builtin_cpu_supports("avx2"), with_avx512 = __builtin_c
 template <class Row>
 void combine(int n, const double* x, double h, const Row& row, const double* K, double* out) {
 #if defined(__x86_64__) && defined(__GNUC__)
-  constexpr int large = 12, very_large = 128;
+  constexpr int large = 4, very_large = 128;
   if (n >= very_large && with_avx512) return combine_avx512(n, x, h, row, K, out);
   if (n >= large && with_avx2) return combine_avx2(n, x, h, row, K, out);
 #endif
-  combined(0, n, x, h, row, K, out);
+  combined<Two>(0, n, x, h, row, K, out);
 }
 
 }  // namespace
