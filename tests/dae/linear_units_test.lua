@@ -89,3 +89,13 @@ test("random linear models in units of time: index, degrees of freedom, the star
     end
   end
 end)
+
+test("a mass that is small beside the force is no rounding error", function()
+  local x, v, N = vars "x v N"
+  for _, units in ipairs { { 1000, 1e-6 }, { 1e6, 1e-6 }, { 100, 1e-7 }, { 1, 1 } } do
+    local L, S = units[1], units[2]
+    local motion = 1.4122530911118*S^2*der(v) ~ 2.594544977881*L*sin(t/S) - 8.5402*x - 0.3*S*v + N
+    expect(dae { 0 ~ N, der(x) ~ v, motion }:index()):equals(1)
+    expect(dae { 0 ~ x - 0.327*L, der(x) ~ v, motion }:index()):equals(3)
+  end
+end)

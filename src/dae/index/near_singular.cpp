@@ -62,8 +62,14 @@ class SizesWithout {
       values_[unknowns[j]] *= m.unknowns[static_cast<Eigen::Index>(j)];
   }
 
-  /// Is the change of a residual by a constant more than a rounding error of its largest term?
+  /// Is the change of a residual by a constant more than a rounding error of its largest term? What small constants alone
+  /// stand beside, as a mass in s⁻² beside an acceleration, has a size that nothing else tells.
   bool is_seen(Expr before, Expr after, Eigen::Index row) const {
+    const std::vector<Expr> inside = leaves({&before, 1});
+    if (std::any_of(inside.begin(), inside.end(), [&](Expr leaf) {
+          return symbol_of(leaf).kind == Kind::variable && !values_.count(leaf);
+        }))
+      return true;
     const std::vector<double> r = evaluate(std::vector{before, after}, values_);
     return std::fabs(r[0] - r[1]) > rounding * rows_[row];
   }
