@@ -65,9 +65,11 @@ for _, problem in ipairs(problems) do
     end
     local model = problem.model(problem)
     if model:index() > 1 then model = model:reduce() end
+    local known, start = pcall(model.init, model, { fix = problem.start })  -- else it is a start already
+    if not known then start = problem.start end
     local least, sol = math.huge, nil
     for _ = 1, repeats do
-      sol = model:integrate { start = problem.start, to = problem.to, rtol = rtol, times = { problem.to },
+      sol = model:integrate { start = start, to = problem.to, rtol = rtol, times = { problem.to },
         atol = problem.atol and problem.atol(rtol) or rtol, method = method ~= "default" and method or nil }
       least = math.min(least, sol:stats().time)
     end

@@ -9,6 +9,8 @@
   void name(const int* n, const double* t, const double* y, const int* lower, const int* upper, double* J, \
             const int* ld, double* rpar, int* ipar)
 
+RHS(still) { f[0] = 0; }
+
 RHS(arenstorf) {
   const double mu = 0.012277471, nu = 1 - mu;
   const double a = y[0] + mu, b = y[0] - nu, q = y[1] * y[1];
