@@ -21,6 +21,31 @@ bool is_clock(std::span<const Expr> inside) {
   });
 }
 
+bool is_polynomial_of_sines(Expr when) {
+  const std::vector<Expr> nodes = topological({&when, 1});
+  return std::all_of(nodes.begin(), nodes.end(), [](Expr node) {
+    switch (node.op()) {
+      case Op::constant:
+      case Op::symbol:
+      case Op::neg:
+      case Op::add:
+      case Op::sub:
+      case Op::mul:
+      case Op::sin:
+      case Op::cos:
+        return true;
+      case Op::div:
+        return node.operand(1).is_constant();
+      case Op::pow: {
+        const mpq_class* n = exact_value(node.operand(1));
+        return n && n->get_den() == 1 && *n >= 0;
+      }
+      default:
+        return false;
+    }
+  });
+}
+
 /// Slopes of the arguments of sines: of the conditions and, where a slope is measured, of the equations, too. A voltage
 /// turns, and with it the unknowns in conditions.
 template <class Known>
@@ -67,6 +92,7 @@ EventConditions conditions_of(const Problem& problem, GivenConditions list) {
     const std::vector<Expr> own = leaves({&when, 1});
     for (Expr leaf : own) out.needs_derivatives = out.needs_derivatives || late.count(leaf);
     out.clock.push_back(is_clock(own));
+    out.may_dip.push_back(!is_polynomial_of_sines(when));
   }
   const auto is_known = [&](Expr phase, std::size_t i) {
     return are_known(phase, false) || (problem.is_ode() && out.slope_known[i]);

@@ -19,10 +19,13 @@ struct EventConditions {
   /// Remembered for runs of the same equations.
   static std::shared_ptr<const EventConditions> of(const Problem& problem, std::span<const Condition> list);
 
-  codegen::Kernel kernel;           ///< g, then dg/dt, then the slopes of the arguments of sines
-  std::vector<char> slope_known;    ///< dg/dt contains nothing but known leaves
-  std::vector<char> measured;       ///< its slope is a difference along the step
-  std::vector<char> clock;          ///< g depends on time alone
+  codegen::Kernel kernel;         ///< g, then dg/dt, then the slopes of the arguments of sines
+  std::vector<char> slope_known;  ///< dg/dt contains nothing but known leaves
+  std::vector<char> measured;     ///< its slope is a difference along the step
+  std::vector<char> clock;        ///< g depends on time alone
+  /// g is no polynomial of t, x and their sines and cosines: it may come to 0 and back between two samples of a step whose
+  /// solution shows nothing, as 1 - 2 exp(-100 x²).
+  std::vector<char> may_dip;
   std::vector<std::size_t> phases;  ///< the condition of each of those arguments
   bool needs_derivatives = false;
 };

@@ -10,15 +10,15 @@ namespace pendula::integrate {
 /// No condition comes near zero in a step: not the cubics to its middle and behind it, which lie between their control
 /// points, and not if they err by several times what the cubic through the ends of the step errs by in the middle. Where
 /// one turns, it has to be so far from zero that the errors of a sketch do not matter either (see bottom()). Leaves the
-/// end of the step in here_. Not asked of conditions of time alone, which the steps do not follow, and where slopes are
-/// not known.
+/// end of the step in here_. Not asked of conditions that the steps do not follow, those of time alone and those that may
+/// dip, and where slopes are not known.
 bool EventFinder::stays_away(Stepper& stepper, const StepView& step) {
   constexpr double several = 8;
   constexpr double of_slope = 0.143;  // greatest value of s²(1-s)²(s-½), beside its slope at ½
   constexpr double near = 0.01;       // of the largest value
   for (std::size_t i = 0; i < events_->size(); ++i)
-    if (!ignored_[i] &&
-        (!conditions_->slope_known[i] || conditions_->clock[i] || std::fabs(last_.g[i]) <= tiny))
+    if (!ignored_[i] && (!conditions_->slope_known[i] || conditions_->clock[i] || conditions_->may_dip[i] ||
+                         std::fabs(last_.g[i]) <= tiny))
       return false;
   const double length = step.to.t - last_.t, third = length / 6;  // of the way to the middle
   const auto is_far = [&](std::size_t i) {

@@ -269,3 +269,20 @@ test("a dip of a condition inside a step is found wherever it is, however flat",
     end
   end
 end)
+
+-- Where the solution is smooth its steps are long, and the condition comes to 0 and back inside one.
+test("conditions that dip below zero between the ends and the middle of a step", function()
+  local x = var "x"
+  for k = 1, 12 do
+    local c, width = 1 + 0.6173*k, 0.25/k^0.5
+    local dip = ((x - c)/width)^2
+    for _, when in ipairs { 1 - 1.1/(1 + dip), 1 - 1.1*exp(-dip) } do
+      for _, method in ipairs { "auto", "dopri5", "radau", "bdf" } do
+        local count = 0
+        dae { der(x) ~ 1 + 0.3*sin(x) }:integrate { start = { x = 0 }, to = 12, method = method,
+          events = { { when = when, call = function() count = count + 1 end } } }
+        expect(method .. " " .. count):equals(method .. " 2")
+      end
+    end
+  end
+end)
