@@ -2,23 +2,19 @@
 #include <algorithm>
 #include <cmath>
 
+#include "integrate/solve/vector_sums.hpp"
 #include "integrate/step/rosenbrock_stepper.hpp"
 
 namespace pendula::integrate {
 
 double RosenbrockStepper::error_norm() {
-  const auto size = static_cast<std::size_t>(N_);
+  combine(n(), y_.data(), sums_.m, U_.data(), N_, next_.x.data());
+  combine(m(), y_.data() + n(), sums_.m, U_.data() + n(), N_, next_.z.data());
+  combine(N_, nullptr, sums_.e, U_.data(), N_, scaled_.data());
   ErrorSum sum;
   for (int k = 0; k < N_; ++k) {
-    double value = y_[k], error = 0;
-    for (int i = 0; i < method_->stages(); ++i) {
-      const double u = U_[i * size + k];
-      value += method_->m()[i] * u;
-      error += (*method_->e())[i] * u;
-    }
-    (k < n() ? next_.x[k] : next_.z[k - n()]) = value;
-    const double before = std::fabs(y_[k]), after = std::fabs(value);
-    scaled_[k] = error / weight(k, std::max(before, after));
+    const double before = std::fabs(y_[k]), after = std::fabs(k < n() ? next_.x[k] : next_.z[k - n()]);
+    scaled_[k] /= weight(k, std::max(before, after));
     sum.add(scaled_[k]);
   }
   return sum.norm(N_);

@@ -8,7 +8,10 @@
 #include "base/text.hpp"
 #include "dae/model/first_order.hpp"
 #include "expr/graph/derivative.hpp"
+#include "integrate/compiled/step_cache.hpp"
 #include "integrate/problem/per_equations.hpp"
+#include "integrate/solve/error_sizes.hpp"
+#include "integrate/solve/vector_sums.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -60,6 +63,14 @@ RosenbrockStepper::RosenbrockStepper(ProblemPtr problem, RosenbrockPtr method, T
     throw Error(text("the error estimate of ", method_->name(),
                      " is zero for every linear equation: it cannot choose steps; take method = \"rodas\""));
   require_constant_mass();
+  for (int i = 0; i < method_->stages(); ++i) {
+    sums_.A.push_back(row_of(method_->A(), i, i));
+    sums_.C.push_back(row_of(-method_->C(), i, i));
+    sums_.m.push_back(method_->m()[i]);
+    sums_.e.push_back((*method_->e())[i]);
+  }
+  for (int r = 0; r < method_->dense().rows(); ++r)
+    sums_.dense.push_back(row_of(method_->dense(), r, method_->stages()));
   rows_.in_mass_row.assign(static_cast<std::size_t>(N_), false);
   for (const Problem::Entry& e : problem_->pattern()) {
     const bool mass = e.column >= n() && e.column < 2 * n();
@@ -212,31 +223,21 @@ bool RosenbrockStepper::stages(double dt) {
   std::fill(at_end_.undamped.begin(), at_end_.undamped.end(), 0.0);
   for (int i = 0; i < s; ++i) {
     problem_->set_time(here_.t + method_->alpha()[i] * dt);
-    for (int k = 0; k < N_; ++k) {
-      double value = y_[k], slope = 0;
-      for (int j = 0; j < i; ++j) {
-        const double u = U_[j * size + k];
-        value += method_->A()(i, j) * u;
-        slope -= method_->C()(i, j) * u;
-      }
-      if (k < states) {
-        at[k] = value;
-        at[states + k] = slope / dt;
-      } else {
-        at[states + k] = value;
-      }
-    }
+    const auto stride = static_cast<std::ptrdiff_t>(size);
+    combine(states, y_.data(), sums_.A[i], U_.data(), stride, at);
+    combine(states, nullptr, sums_.C[i], U_.data(), stride, at + states);
+    for (int k = 0; k < states; ++k) at[states + k] /= dt;
+    combine(N_ - states, y_.data() + states, sums_.A[i], U_.data() + states, stride, at + 2 * states);
     double* u = U_.data() + static_cast<std::size_t>(i) * size;
     problem_->residual(u);
     ++stats_.evaluations;
-    const double factor = depends_on_time_ ? method_->gammas()[i] * dt : 0;
-    double sum = 0;
+    const double factor = depends_on_time_ ? method_->gammas()[i] * dt : 0, e = sums_.e[i];
+    double* const undamped = at_end_.undamped.data();
     for (std::size_t k = 0; k < size; ++k) {
       u[k] = -u[k] - factor * Ft_[k];
-      at_end_.undamped[k] += (*method_->e())[i] * u[k];
-      sum += u[k] * 0;
+      undamped[k] += e * u[k];
     }
-    if (sum != 0) return false;
+    if (!all_finite(N_, u)) return false;
     solver_.solve(u);
   }
   return true;
@@ -254,19 +255,16 @@ void RosenbrockStepper::end_step(double dt) {
     std::copy_n(end_.dense, rows * size, std::copy_n(end_.y, size, last_.dense.begin() + N_));
     return;
   }
-  for (std::size_t c = 0; c < size; ++c) {
-    const int k = static_cast<int>(c);
-    last_.dense[size + c] = k < n() ? next_.x[k] : next_.z[k - n()];
-    double slope = last_.dense[size + c] - last_.dense[c];
-    for (std::size_t r = 0; r < rows; ++r) {
-      double sum = 0;
-      for (int i = 0; i < method_->stages(); ++i)
-        sum += method_->dense()(static_cast<Eigen::Index>(r), i) * U_[i * size + c];
-      last_.dense[size * (2 + r) + c] = sum;
-      slope -= sum;
-    }
-    if (k < n()) next_.xdot[k] = slope / dt;
+  std::copy_n(next_.x.data(), n(), last_.dense.data() + size);
+  std::copy_n(next_.z.data(), m(), last_.dense.data() + size + n());
+  double* const slope = next_.xdot.data();
+  for (int k = 0; k < n(); ++k) slope[k] = next_.x[k] - y_[k];
+  for (std::size_t r = 0; r < rows; ++r) {
+    double* const sum = last_.dense.data() + size * (2 + r);
+    combine(N_, nullptr, sums_.dense[r], U_.data(), static_cast<std::ptrdiff_t>(size), sum);
+    for (int k = 0; k < n(); ++k) slope[k] -= sum[k];
   }
+  for (int k = 0; k < n(); ++k) slope[k] /= dt;
 }
 
 /// The new point, on its conditions, with its x′; false if it is not finite or cannot be reached.

@@ -56,6 +56,12 @@ class RosenbrockStepper final : public Stepper {
 
   RosenbrockPtr method_;
   int N_;
+  /// Its rows, for sums over stages; C with the other sign.
+  struct Sums {
+    std::vector<std::vector<double>> A, C, dense;
+    std::vector<double> m, e;
+  };
+  Sums sums_;
   RhsSolver rhs_;
   /// Of ∂F/∂(x, x′, z), as a matrix of size n + m: what belongs to x′ is added to what belongs to x.
   struct Pattern {
