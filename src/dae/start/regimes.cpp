@@ -87,6 +87,15 @@ int impulse_through(Expr margin, const ConsistentState& start, const Jump& jump,
   return std::fabs(impulse) > border * noise ? (impulse > 0 ? 1 : -1) : 0;
 }
 
+/// The terms of an expression in derivatives that the start does not name, which are computed from the equations.
+double size_of_derived(Expr e, const ConsistentState& start) {
+  double sum = 0;
+  for (Expr leaf : leaves({&e, 1}))
+    if (!start.values.count(leaf) && symbol_of(leaf).kind == Kind::variable)
+      sum += std::fabs(value_at(partial(e, leaf), start.values) * start(leaf));
+  return std::isfinite(sum) ? sum : 0;
+}
+
 /// -1, 0, 1: the sign of a margin just after the start, and an impulse.
 int sign_behind(Expr margin, const ConsistentState& start, const Jump& jump, double border) {
   constexpr int highest = 4;  // derivative
@@ -102,7 +111,7 @@ int sign_behind(Expr margin, const ConsistentState& start, const Jump& jump, dou
       if (here == 0)
         return std::isnan(value_at(e, start.values)) ? sign_ahead(margin, start, sizes, border) : 0;
     }
-    if (std::fabs(here) > border * size) return here > 0 ? 1 : -1;
+    if (std::fabs(here) > border * std::max(size, size_of_derived(e, start))) return here > 0 ? 1 : -1;
     if (margin.op() == Op::ifelse) return 1;
     e = total_derivative(e);
   }

@@ -93,3 +93,21 @@ test("a regime may end where the run does", function()
     end
   end
 end)
+
+-- Three diodes side by side, one of them the other way round, before a resistor: u follows v while v > 0.
+test("diodes side by side start where the source is 0, in any unit", function()
+  local u, a, b, c = vars "u a b c"
+  for _, units in ipairs { { 1, 1 }, { 0.1, 1e-4 }, { 1e3, 1e-9 }, { 1e-6, 1e3 } } do
+    local U, S = units[1], units[2]
+    local v = 1.864*U*sin(1.612*t/S)
+    local sys = dae { 0 ~ min(a, u - v), 0 ~ min(b, u - v), 0 ~ min(c, v - u), a + b - c ~ u/0.893 }
+    for _, method in ipairs { "auto", "radau", "bdf", "dopri5" } do
+      local sol = sys:integrate { start = sys:init(), to = 5*S, method = method }
+      expect(method .. " " .. sol.status):equals(method .. " finished")
+      for _, at in ipairs { 1, 2.5, 5 } do
+        expect(sol(u, at*S)/U):near(1.864*math.sin(1.612*at), 1e-6)
+        expect((sol(a, at*S) + sol(b, at*S) - sol(c, at*S))/U):near(1.864/0.893*math.sin(1.612*at), 1e-6)
+      end
+    end
+  end
+end)
