@@ -255,8 +255,11 @@ static bool settle(const StartSystem& s, const Selection& selection, Vec& w) {
 }
 
 StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selection) {
+  constexpr double near =
+      1e-7;  // half of the digits: where numbers of all sizes meet, least steps may stall there
   StartSolution out = descend(s, Selected(s, selection), std::move(w));
-  if (out.solved) out.solved = settle(s, selection, out.w);
+  if (out.defined && (out.residual.size() == 0 || out.residual.maxCoeff() < near))
+    out.solved = settle(s, selection, out.w);
   return out;
 }
 
