@@ -120,6 +120,7 @@ struct ModelAttributes {
   DriftLaw drift = DriftLaw::none;      ///< of the invariants
   std::vector<Projection> projections;  ///< form "project": for the integrator, after every step
   std::optional<Mechanics> mechanics;
+  ModelPtr dependent;  ///< of independent(): with all constraints; elsewhere others may have to be kept
   /// Equivalent to the model it was made from where none of these vanishes.
   std::vector<SingularityCondition> singularity_conditions;
   std::vector<Transition> events;  ///< in every run of the model

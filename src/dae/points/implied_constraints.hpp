@@ -41,6 +41,8 @@ class ConstraintPositions {
 
   /// At the position that the search from these values finds; 0 where there is none.
   ConstraintRank near(const std::unordered_map<Expr, double>& values) const;
+  /// Of the coordinates, as far as C tells them.
+  const Vec& units() const { return all_.unit(); }
   /// At positions found from seeded values. Where they differ, the one where coordinates move that are fixed at the
   /// others, otherwise the one of largest rank.
   ConstraintRank anywhere() const;

@@ -149,9 +149,12 @@ Parts parts_of_mechanism(const Model& m) {
                      " beside it: it is singular, and no constraint is redundant; give another one"));
 }
 
-/// Columns of B that are independent, at values of its leaves that satisfy the constraints or are drawn.
+/// Columns of B that are independent, at values of its leaves that satisfy the constraints or are drawn: those of the
+/// constraints that are kept where z are as many and in their order, as in B = (∂C/∂q)ᵀ. Then both become dependent at
+/// the same positions.
 std::vector<int> independent_columns(const Parts& p, const ParameterValues& values,
-                                     const std::unordered_map<Expr, double>& at) {
+                                     const std::unordered_map<Expr, double>& at,
+                                     const std::vector<int>& kept) {
   std::vector<Expr> slopes;
   for (const Entry& e : p.B) slopes.push_back(e.value);
   slopes = at_values(slopes, values);
@@ -163,6 +166,9 @@ std::vector<int> independent_columns(const Parts& p, const ParameterValues& valu
   for (std::size_t k = 0; k < p.B.size(); ++k) B(p.B[k].row, p.B[k].column) = numbers[k];
   const Mat scaled = equilibrated(B);
   const int rank = rank_with_gap(B).rank;
+  if (p.z.size() == p.C.size() && static_cast<int>(kept.size()) == rank &&
+      rank_with_gap(B(Eigen::all, kept)).rank == rank)
+    return kept;
   const Eigen::ColPivHouseholderQR<Mat> qr(scaled);
   std::vector<int> columns;
   for (Index k = 0; k < rank; ++k) columns.push_back(static_cast<int>(qr.colsPermutation().indices()[k]));
@@ -228,7 +234,7 @@ ModelPtr independent(const ModelPtr& model, const std::unordered_map<Expr, doubl
     least.columns = found.kept;
     least.weights = force_weights(m.mechanics->q, found.units);
   } else {
-    least.columns = independent_columns(p, m.values, found.position);
+    least.columns = independent_columns(p, m.values, found.position, found.kept);
     least.weights.assign(p.others.size(), 1.0);
   }
   const std::size_t open = p.z.size() - least.columns.size(), redundant = p.C.size() - found.kept.size();
@@ -249,7 +255,19 @@ ModelPtr independent(const ModelPtr& model, const std::unordered_map<Expr, doubl
                  text("z of least norm; gradients of the constraints: rank ", found.rank, " of ", p.C.size()),
                  used, blocks, options);
   blocks.push_back({VecX::Zero(static_cast<Index>(kept.size())), column(kept), ""});
+  options.dependent = model;
   return make_model(std::move(blocks), std::move(options));
+}
+
+DependentConstraints dependent_constraints(const Model& m) {
+  if (m.mechanics) return {m.mechanics->C, m.mechanics->q, m.mechanics->dCdq, m.mechanics->M};
+  const Parts p = parts_of(m);
+  DependentConstraints all{column(p.C), column(p.q), sparse_jacobian(p.C, p.q), {}};
+  if (p.C.empty()) return all;
+  const Vec unit = ConstraintPositions(p.C, p.q, m.values).units();
+  for (int j = 0; j < static_cast<int>(p.q.size()); ++j)
+    all.M.push_back({j, j, Expr(1 / (unit[j] * unit[j]))});
+  return all;
 }
 
 std::vector<Expr> multipliers_of(const Model& m) {

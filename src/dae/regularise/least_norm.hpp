@@ -37,9 +37,17 @@ void add_least_norm(const LeastNorm& least, const std::string& note,
 
 /// The same motion by independent constraints, for a model whose constraints depend on each other at the position near
 /// these values and beside it: one made by lagrange, or any with constraints 0 = C(x) between its states and unknowns z
-/// that enter the other equations linearly.
+/// that enter the other equations linearly. It is what `dependent` of the result points to.
 /// throws    Error: no constraints; Failure: independent ones, no position, a singular position
 ModelPtr independent(const ModelPtr& model, const std::unordered_map<Expr, double>& near);
+
+/// Constraints that depend on each other, and what they restrict.
+struct DependentConstraints {
+  VecX C, q;
+  std::vector<Entry> dCdq;
+  std::vector<Entry> M;  ///< what changes of q are measured by: the mass matrix, or squares of inverse units
+};
+DependentConstraints dependent_constraints(const Model& model);
 
 /// z of a model that has at least two such constraints; else none.
 std::vector<Expr> multipliers_of(const Model& model);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <unordered_set>
 #include <utility>
 
@@ -25,41 +26,55 @@ using Index = Eigen::Index;
 // Of the best choice: errors in the kept constraints become ten times the errors in the motion that the best would make.
 // A switch makes a model, milliseconds.
 constexpr double much_worse = 0.1;
+constexpr double hardly = 0.03;  // steps become short, and end, from here on
 constexpr long most_rekeepings = 10'000;
 
-/// What lagrange made, of which the model is a form; null where it is none.
+/// What lagrange or independent() made, of which the model is a form; null where it is none.
 dae::ModelPtr mechanism_of(const dae::ModelPtr& model) {
   dae::ModelPtr source = model;
-  while (source && !(source->mechanics && source->form.empty())) source = source->parent;
+  while (source && !((source->mechanics || source->dependent) && source->form.empty()))
+    source = source->parent;
   return source;
 }
 
-/// The same with the parameter values of the form.
+/// What other choices of constraints are made from, with the parameter values of the form.
 dae::ModelPtr mechanism_with_values(const dae::ModelPtr& model) {
-  const dae::ModelPtr source = mechanism_of(model);
+  const dae::ModelPtr made = mechanism_of(model), source = made->mechanics ? made : made->dependent;
   dae::ParameterValues values;
   for (Expr p : source->parameters)
     if (const auto it = model->values.find(p); it != model->values.end()) values[p] = it->second;
   return dae::with_values(source, values);
 }
 
-/// The constraints of a mechanism that are equations of the model it is written in.
-std::vector<Index> kept_in(const dae::Model& model, const dae::Mechanics& mechanics) {
-  const std::unordered_set<Expr> rows(model.residuals.begin(), model.residuals.end());
+/// The constraints that are equations of the model that was made.
+std::vector<Index> kept_in(const dae::Model& made, const dae::DependentConstraints& all) {
+  const std::unordered_set<Expr> rows(made.residuals.begin(), made.residuals.end());
   std::vector<Index> kept;
-  for (Index i = 0; i < mechanics.C.size(); ++i)
-    if (rows.count(mechanics.C[i]) || rows.count(-mechanics.C[i])) kept.push_back(i);
+  for (Index i = 0; i < all.C.size(); ++i)
+    if (rows.count(all.C[i]) || rows.count(-all.C[i])) kept.push_back(i);
   return kept;
+}
+
+/// Of a run that cannot choose others, and why.
+std::string dependent_text(const dae::Model& made, const dae::DependentConstraints& all,
+                           const std::vector<Index>& kept, const std::string& why) {
+  std::vector<std::string> names;
+  for (Index i : kept)
+    for (std::size_t row = 0; row < made.residuals.size(); ++row)
+      if (made.residuals[row] == all.C[i] || made.residuals[row] == -all.C[i])
+        names.push_back(made.mechanics ? text("C[", i + 1, "]") : made.label(row));
+  return text("the constraints that this form keeps, ", join(names, ", "),
+              ", become dependent here, where all together hold the motion. ", why);
 }
 
 /// How much worse than the best the gradients of the kept constraints determine the motion.
 class KeptMonitor {
  public:
-  KeptMonitor(const dae::Mechanics& mechanics, std::vector<Index> kept, const dae::ModelPtr& model,
+  KeptMonitor(dae::DependentConstraints all, std::vector<Index> kept, const dae::ModelPtr& model,
               const Simulation& simulation)
-      : mechanics_(mechanics), kept_(std::move(kept)), problem_(make_problem(model, simulation)) {
+      : all_(std::move(all)), kept_(std::move(kept)), problem_(make_problem(model, simulation)) {
     std::vector<Expr> values;
-    for (const std::vector<Entry>* entries : {&mechanics.dCdq, &mechanics.M})
+    for (const std::vector<Entry>* entries : {&all_.dCdq, &all_.M})
       for (const Entry& e : *entries)
         values.push_back(substitute(dae::resolve(*model, e.value), simulation.inputs));
     kernel_ = codegen::Kernel(values, problem_->arguments());
@@ -67,28 +82,37 @@ class KeptMonitor {
 
   /// False, too, where all gradients together lose their rank: no choice helps there.
   bool is_much_worse(const Point& point, double share = much_worse) {
+    return quality(point).value_or(1) < share * chosen_;
+  }
+
+  /// The kept ones were chosen there, in another metric perhaps: what is much worse is so beside this.
+  void begin(const Point& point) { chosen_ = std::min(1.0, quality(point).value_or(1)); }
+
+ private:
+  /// Beside that of the best choice; nothing where that does not hold the motion.
+  std::optional<double> quality(const Point& point) {
     constexpr double singular = 1e-6;
     const Mat J = gradients(point);
-    if (!J.allFinite()) return false;
+    if (!J.allFinite()) return {};
     const Eigen::ColPivHouseholderQR<Mat> all(J.transpose());
     const auto rank = static_cast<Index>(kept_.size());
     const auto& order = all.colsPermutation().indices();
     const std::vector<Index> best(order.data(), order.data() + rank);
     const double reachable = least_singular(J(best, Eigen::all));
-    return reachable > singular && least_singular(J(kept_, Eigen::all)) < share * reachable;
+    if (!(reachable > singular)) return {};
+    return least_singular(J(kept_, Eigen::all)) / reachable;
   }
 
- private:
   /// Of all constraints, of length 1 in the metric of the masses: √(g M⁻¹ gᵀ) is the same in any unit of any
   /// coordinate. Without one (coordinates without inertia), rows and columns scaled.
   Mat gradients(const Point& point) {
     problem_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
     const std::vector<double> values = kernel_(problem_->values());
-    const Index n = mechanics_.q.size();
-    Mat J = Mat::Zero(mechanics_.C.size(), n), M = Mat::Zero(n, n);
+    const Index n = all_.q.size();
+    Mat J = Mat::Zero(all_.C.size(), n), M = Mat::Zero(n, n);
     const double* value = values.data();
-    for (const Entry& e : mechanics_.dCdq) J(e.row, e.column) = *value++;
-    for (const Entry& e : mechanics_.M) M(e.row, e.column) = *value++;
+    for (const Entry& e : all_.dCdq) J(e.row, e.column) = *value++;
+    for (const Entry& e : all_.M) M(e.row, e.column) = *value++;
     if (!J.allFinite() || !M.allFinite()) return Mat::Constant(1, 1, NAN);
     const Vec unit = M.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const Eigen::LLT<Mat> root(unit.asDiagonal() * M * unit.asDiagonal());
@@ -99,10 +123,11 @@ class KeptMonitor {
 
   static double least_singular(const Mat& J) { return Eigen::JacobiSVD<Mat>(J).singularValues().minCoeff(); }
 
-  const dae::Mechanics& mechanics_;
+  dae::DependentConstraints all_;
   std::vector<Index> kept_;
   ProblemPtr problem_;
   codegen::Kernel kernel_;
+  double chosen_ = 1;
 };
 
 class ConstraintReselection {
@@ -117,7 +142,7 @@ class ConstraintReselection {
 
   TrajectoryPtr run() {
     Simulation part = simulation_;
-    dae::ModelPtr model = first_, source = source_;
+    dae::ModelPtr model = first_, source = mechanism_of(first_);
     for (long k = 0; k < most_rekeepings; ++k) {
       const RunOutcome outcome = piece(model, *source, part);
       const Solution& done = *whole_.pieces().last().solution;
@@ -129,9 +154,9 @@ class ConstraintReselection {
         part = following(form, end);
         model = form;
         source = other;
-      } catch (const UserFacing&) {  // no other choice: as long as the present one serves
+      } catch (const UserFacing& e) {  // no other choice: as long as the present one serves
         if (outcome.ending != Ending::stop_when) return whole_.finish(outcome);
-        chooses_ = false;
+        no_choice_ = text("With others: ", e.what());
         part = following(model, end);
       }
     }
@@ -142,20 +167,26 @@ class ConstraintReselection {
 
  private:
   RunOutcome piece(const dae::ModelPtr& model, const dae::Model& source, Simulation& part) {
-    const dae::Mechanics& mechanics = *source_->mechanics;
-    KeptMonitor monitor(mechanics, kept_in(source, mechanics), model, simulation_);
+    const auto all = dae::dependent_constraints(*source_);
+    const std::vector<Index> kept = kept_in(source, all);
+    KeptMonitor monitor(all, kept, model, simulation_);
     degraded_ = false;
+    bool begun = whole_.pieces().empty();  // the first choice was made anywhere
     part.chosen = ChosenOutside::constraints;
     part.plan.times.reset();
     part.plan.stop_when = [&](const Point& point) {
-      degraded_ = chooses_ && monitor.is_much_worse(point);
+      if (!std::exchange(begun, true)) monitor.begin(point);
+      if (!no_choice_.empty() && monitor.is_much_worse(point, hardly))
+        throw Failure(dependent_text(source, all, kept, no_choice_));
+      degraded_ = no_choice_.empty() && monitor.is_much_worse(point);
       return degraded_;
     };
     const TrajectoryPtr trajectory = simulate(model, part);
     const SolutionPtr solution(trajectory, &trajectory->solution());
     whole_.add({model, solution, part.plan.from}, simulation_.events.size());
     if (solution->ending() == Ending::stopped && solution->size() > 0)
-      degraded_ = chooses_ && monitor.is_much_worse(ahead(solution->final(), solution->outcome().t));
+      degraded_ =
+          no_choice_.empty() && monitor.is_much_worse(ahead(solution->final(), solution->outcome().t));
     return solution->outcome();
   }
 
@@ -207,6 +238,7 @@ class ConstraintReselection {
     request.nearest = true;
     Simulation part = simulation_;
     part.start = dae::init(model, request);
+    if (!whole_.continues_at(*part.start)) throw Failure("this choice has another solution");
     part.plan.from = end.t;
     part.rtol = whole_.tolerances_in(model, simulation_.rtol);
     part.atol = whole_.tolerances_in(model, atol());
@@ -235,37 +267,37 @@ class ConstraintReselection {
   ProblemPtr problem_;
   SolutionInParts whole_;
   Vec usual_atol_;
-  bool degraded_ = false, chooses_ = true;
+  bool degraded_ = false;
+  std::string no_choice_;  ///< why others do not serve, once they were asked for
 };
 
 }  // namespace
 
 bool leaves_out_constraints(const dae::ModelPtr& model) {
-  const dae::ModelPtr source = mechanism_of(model);
-  if (!source || source->mechanics->C.size() < 2) return false;
-  const std::size_t kept = kept_in(*source, *source->mechanics).size();
-  if (kept == 0 || static_cast<Index>(kept) == source->mechanics->C.size()) return false;
+  const dae::ModelPtr made = mechanism_of(model);
+  if (!made) return false;
+  const auto all = dae::dependent_constraints(made->mechanics ? *made : *made->dependent);
+  if (all.C.size() < 2) return false;
+  const std::size_t kept = kept_in(*made, all).size();
+  if (kept == 0 || static_cast<Index>(kept) == all.C.size()) return false;
   // a form with gains of the user's choice is not made again
-  return model->form != "baumgarte" || dae::reduce(source, model->form)->residuals == model->residuals;
+  return model->form != "baumgarte" || dae::reduce(made, model->form)->residuals == model->residuals;
 }
 
 TrajectoryPtr simulate_keeping(const dae::ModelPtr& model, const Simulation& simulation) {
-  constexpr double hardly = 0.03;  // of what the best choice holds: steps become short, and end, from here on
-  const dae::ModelPtr source = mechanism_with_values(model);
-  const std::vector<Index> kept = kept_in(*source, *source->mechanics);
+  const dae::ModelPtr made = mechanism_of(model);
+  const auto all = dae::dependent_constraints(*mechanism_with_values(model));
+  const std::vector<Index> kept = kept_in(*made, all);
   Simulation plain = simulation;
   plain.sensitivities.clear();
-  const auto monitor = std::make_shared<KeptMonitor>(*source->mechanics, kept, model, plain);
-  std::vector<std::string> names;
-  for (Index i : kept) names.push_back(text("C[", i + 1, "]"));
+  const auto monitor = std::make_shared<KeptMonitor>(all, kept, model, plain);
   Simulation watched = simulation;
   watched.chosen = ChosenOutside::constraints;
-  watched.plan.stop_when = [source, monitor, names, own = simulation.plan.stop_when](const Point& point) {
-    if (monitor->is_much_worse(point, hardly))
-      throw Failure(
-          text("the constraints that this form keeps, ", join(names, ", "),
-               ", become dependent here, where all together hold the motion. A run with "
-               "sensitivities cannot choose others; without them it does: take differences of runs"));
+  const std::string why = dependent_text(*made, all, kept,
+                                         "A run with sensitivities cannot choose others; without them it "
+                                         "does: take differences of runs");
+  watched.plan.stop_when = [monitor, why, own = simulation.plan.stop_when](const Point& point) {
+    if (monitor->is_much_worse(point)) throw Failure(why);
     return own && own(point);
   };
   return simulate(model, watched);

@@ -1,6 +1,7 @@
 // Redundant constraints: which of them a model keeps changes along the way.
 //
-// A mechanism of lagrange whose constraints follow from others keeps as many as their rank (dae/regularise/least_norm).
+// A mechanism of lagrange, or of independent(), whose constraints follow from others keeps as many as their rank
+// (dae/regularise/least_norm).
 // While it moves, the gradients of those kept may become dependent where all gradients together keep their rank: two of
 // four parallel cranks when they point along the line between their pins. After every step the kept ones are compared
 // with the best choice there; when they are much worse, the integration goes on with that choice, from the same point.
@@ -11,7 +12,7 @@
 
 namespace pendula::integrate {
 
-/// A model of lagrange, or a form of one, some constraints of which are left out since they follow from others.
+/// A model of lagrange or independent(), or a form of one, some constraints of which are left out since they follow from others.
 bool leaves_out_constraints(const dae::ModelPtr& model);
 
 /// As simulate(), which calls it.
