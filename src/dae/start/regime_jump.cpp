@@ -63,7 +63,7 @@ class JumpSystem {
   /// Nothing where no impulse leads onto the conditions, or the equations do not tell how; why: that they do not.
   std::optional<Jump> solve(std::string& why) {
     const PointValues start = values_;
-    std::optional<Jump> jump = with_factors();
+    std::optional<Jump> jump = with_first_factors_ = with_factors();
     if (!jump || !jump->jumps) return jump;
     const std::vector<Entry> changed = changed_factors(start, *jump);
     if (changed.empty()) return jump;
@@ -79,6 +79,9 @@ class JumpSystem {
     takes_means_ = true;
     return with_factors();
   }
+
+  /// After solve(): the jump if factors stayed what they are before it.
+  const std::optional<Jump>& with_first_factors() const { return with_first_factors_; }
 
  private:
   std::optional<Jump> with_factors() {
@@ -237,14 +240,69 @@ class JumpSystem {
   Eigen::Index n_ = 0, m_ = 0;
   Mat E_, B_;
   bool takes_means_ = false;
+  std::optional<Jump> with_first_factors_;
   Vec size_, impulse_size_;  ///< of x, of Λ
 };
 
 }  // namespace
 
+namespace {
+
+/// An impact at whose end bodies that slid rest, since the impulses of their friction, |Γ| ≤ |c Λ|, suffice.
+struct Rest {
+  struct Friction {
+    Expr impulse, normal;  ///< Γ, and z of which Λ is the impulse
+  };
+  FirstOrder form;               ///< with Γ in place of sign(s) z
+  std::vector<Expr> conditions;  ///< 0 = s as well
+  std::vector<Friction> list;
+};
+
+/// The signs with a factor z that are others after a jump than before it; nothing where one has several such factors.
+std::optional<Rest> rest_after(const std::vector<Expr>& conditions, const FirstOrder& form,
+                               const PointValues& before, const Jump& jump) {
+  PointValues after = before;
+  for (std::size_t i = 0; i < form.x.size(); ++i)
+    after[form.x[i]] += jump.change[static_cast<Eigen::Index>(i)];
+  Rest rest{form, conditions, {}};
+  for (Expr node : topological(form.F)) {
+    if (node.op() != Op::sign || value_at(node, before) == value_at(node, after)) continue;
+    const std::vector<Expr> none = substitute(rest.form.F, {{node, Expr(0)}}),
+                            one = substitute(rest.form.F, {{node, Expr(1)}});
+    std::vector<Expr> friction;
+    for (std::size_t i = 0; i < none.size(); ++i) friction.push_back(simplify(one[i] - none[i]));
+    const std::vector<Entry> entries = sparse_jacobian(friction, form.z);
+    if (entries.empty()) continue;  // a finite force
+    const Expr impulse = symbol(Kind::slot, text("friction_impulse_", rest.list.size() + 1));
+    rest.form.F = none;
+    for (const Entry& e : entries) {
+      if (e.column != entries.front().column) return {};
+      rest.form.F[e.row] += e.value * impulse;
+    }
+    rest.form.z.push_back(impulse);
+    rest.conditions.push_back(node.operand(0));
+    rest.list.push_back({impulse, form.z[entries.front().column]});
+  }
+  return rest.list.empty() ? std::nullopt : std::optional(rest);
+}
+
+}  // namespace
+
 std::optional<Jump> jump_onto(const std::vector<Expr>& conditions, const FirstOrder& form, PointValues before,
                               const LeafValues& sizes, double close, std::string& why) {
-  return JumpSystem(conditions, form, std::move(before), sizes, close).solve(why);
+  JumpSystem system(conditions, form, before, sizes, close);
+  const auto sliding = system.solve(why);
+  if (sliding || why.empty()) return sliding;
+  const auto rest = rest_after(conditions, form, before, *system.with_first_factors());
+  if (!rest) return {};
+  std::string unknown;
+  const auto jump = JumpSystem(rest->conditions, rest->form, before, sizes, close).solve(unknown);
+  const auto is_enough = [&](const Rest::Friction& f) {
+    return std::fabs(jump->impulses.at(f.impulse)) <= std::fabs(jump->impulses.at(f.normal)) * (1 + close);
+  };
+  if (!jump || !std::all_of(rest->list.begin(), rest->list.end(), is_enough)) return {};
+  why.clear();
+  return jump;
 }
 
 }  // namespace pendula::dae

@@ -37,24 +37,28 @@ class Sides {
   Expr plus(Expr e) const { return substitute(e, above_); }
   /// F₊ - F₋
   Expr jump(Expr e) const { return simplify(plus(e) - substitute(e, below_)); }
-  /// (1 - μ) F₊ + μ F₋
-  void combine(std::vector<Expr>& list, Expr weight) const {
+  /// (1 - μ) F₊ + μ F₋ with μ = a/b. What jumps by a multiple of b does so without the quotient, which is 0/0 where a normal
+  /// force vanishes.
+  void combine(std::vector<Expr>& list, Expr a, Expr b) const {
     for (Expr& e : list)
-      if (const Expr D = jump(e); !D.is_zero())
-        e = plus(e) - weight * D;
-      else
+      if (const Expr D = jump(e); D.is_zero())
         e = plus(e);
+      else if (const Expr multiple = simplify(D / b); multiple.is_constant())
+        e = plus(e) - multiple * a;
+      else
+        e = plus(e) - a / b * D;
   }
 
  private:
   const Substitution &above_, &below_;
 };
 
-void combine_all(SlidingForm& sliding, const Sides& sides, Expr weight) {
+/// μ = a/b
+void combine_all(SlidingForm& sliding, const Sides& sides, Expr a, Expr b) {
   for (auto* list : {&sliding.form.F, &sliding.form.f, &sliding.form.g, &sliding.weights})
-    sides.combine(*list, weight);
+    sides.combine(*list, a, b);
   for (auto& written : sliding.form.sides) written.reset();
-  sliding.weights.push_back(weight);
+  sliding.weights.push_back(a / b);
 }
 
 /// The residual that μ is eliminated from: one that jumps, by as simple an expression as there is.
@@ -98,7 +102,7 @@ bool slide_by_slope(SlidingForm& sliding, Expr border, const Sides& sides, bool 
       continue;
     }
     if (is_zero_at(D, at)) return false;
-    combine_all(sliding, sides, here(sides.plus(*slope)) / D);
+    combine_all(sliding, sides, here(sides.plus(*slope)), D);
     if (has_root)
       for (auto* list : {&sliding.form.F, &sliding.form.f, &sliding.form.g, &sliding.weights})
         for (Expr& e : *list) e = here(e);
@@ -119,11 +123,11 @@ bool slide_along(SlidingForm& sliding, Expr border, const Substitution& above, c
   const auto by_states = rate(border, form, form.xdot);
   const auto row = eliminated_row(form.F, sides, at);
   if (!row) return false;
-  const Expr weight = sides.plus(form.F[*row]) / sides.jump(form.F[*row]);
+  const Expr a = sides.plus(form.F[*row]), b = sides.jump(form.F[*row]);
   form.semi_explicit = false;
   form.f.clear();
   form.g.clear();
-  combine_all(sliding, sides, weight);
+  combine_all(sliding, sides, a, b);
   form.F[*row] = by_states ? *by_states : border;
   if (by_states) sliding.conditions.push_back(border);
   return true;

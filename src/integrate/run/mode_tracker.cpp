@@ -339,7 +339,7 @@ void ModeTracker::rebuild(const Point& point) {
   derivative_.reset();
   method_.renew();
   state_.history->use_modes(state_.problem, modes_);
-  renew_exits();
+  renew_exits(values);
   std::vector<char> thawed(events().size(), 0);
   for (std::size_t i = 0; i < borders_.size(); ++i) thawed[i] = borders_[i].treatment == Treatment::thawed;
   excursions_.watch(std::move(thawed));

@@ -103,7 +103,7 @@ class ModeTracker {
   void release(int which, int side, double t);
   std::vector<std::pair<int, int>> outside() const;
   void rebuild(const Point& point);
-  void renew_exits();
+  void renew_exits(const std::unordered_map<Expr, double>& values);
   std::string treatment_text(const Border& border) const;
 
   AdaptiveState& state_;

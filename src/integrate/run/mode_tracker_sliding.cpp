@@ -147,8 +147,20 @@ std::vector<std::pair<int, int>> ModeTracker::outside() const {
   return result;
 }
 
+/// Positive while μ > 0 and while μ < 1. Of μ = a/b without the quotient, which has a pole where both sides become alike:
+/// dry friction lets go while its normal force falls to 0, and two signs have changed behind that.
+static std::pair<Expr, Expr> bounds(Expr weight, const std::unordered_map<Expr, double>& values) {
+  const bool negative = weight.op() == Op::neg;
+  const Expr quotient = negative ? weight.operand(0) : weight;
+  if (quotient.op() != Op::div) return {weight, Expr(1) - weight};
+  const Expr a = negative ? -quotient.operand(0) : quotient.operand(0), b = quotient.operand(1);
+  const double now = evaluate({&b, 1}, values)[0];
+  if (!std::isfinite(now) || now == 0) return {weight, Expr(1) - weight};
+  return now > 0 ? std::pair(a, b - a) : std::pair(-a, a - b);
+}
+
 /// Two events for every border that slides: μ < 0 and μ > 1. They keep their places when it no longer does.
-void ModeTracker::renew_exits() {
+void ModeTracker::renew_exits(const std::unordered_map<Expr, double>& values) {
   std::vector<Event>& list = state_.plan.events.list;
   const std::size_t before = list.size();
   std::size_t next = 0;
@@ -159,10 +171,10 @@ void ModeTracker::renew_exits() {
       borders_[i].exits = static_cast<int>(list.size());
       list.resize(list.size() + 2);
     }
-    const Expr weight = weights_[next++];
+    const auto [above, below] = bounds(weights_[next++], values);
     for (int side : {1, -1}) {
       Event& exit = list[borders_[i].exits + (side < 0)];
-      exit.when = side > 0 ? weight : Expr(1) - weight;
+      exit.when = side > 0 ? above : below;
       exit.direction = -1;
       exit.surface = true;
       exit.smoothness = Smoothness::kink;

@@ -400,7 +400,7 @@ end)
 
 test("impulses whose factors change on their way are refused", function()
   local u, v, y, f = vars "u_im v_im y_im f_im"
-  for _, friction in ipairs { -0.2*f*sign(u), -f*u, -f*u^2 } do
+  for _, friction in ipairs { -f*u, -f*u^2 } do
     local ball = dae { der(y) ~ v, der(u) ~ 1 + friction, der(v) ~ -10 + f, 0 ~ min(y, f) }
     local sol = ball:integrate { start = { [y] = 1, [u] = 0, [v] = 0 }, to = 2 }
     expect(sol.status):matches "the factor of f_im in the equations.*changes during the impulse"
