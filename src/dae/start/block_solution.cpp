@@ -8,10 +8,10 @@ namespace {
 
 using Index = Eigen::Index;
 
-/// Of a block, with its rows and columns divided by their largest entries.
-std::optional<Vec> solve_plainly(Mat A, Vec b) {
+/// Rows of A, and of b with them, and columns of A are divided by their largest entries, in turn; what each column has been
+/// divided by, inverse.
+Vec divide_by_largest(Mat& A, Vec& b) {
   constexpr int sweeps = 3;
-  constexpr double regular = 1e-6;
   Vec column = Vec::Ones(A.cols());
   for (int sweep = 0; sweep < sweeps; ++sweep) {
     for (Index i = 0; i < A.rows(); ++i)
@@ -25,6 +25,13 @@ std::optional<Vec> solve_plainly(Mat A, Vec b) {
         column[j] /= size;
       }
   }
+  return column;
+}
+
+/// Of a block.
+std::optional<Vec> solve_plainly(Mat A, Vec b) {
+  constexpr double regular = 1e-6;
+  const Vec column = divide_by_largest(A, b);
   if (!A.allFinite()) return {};
   const Eigen::PartialPivLU<Mat> lu(A);
   if (!(lu.rcond() > regular)) return {};
@@ -52,6 +59,15 @@ std::optional<Vec> solve_by_blocks(const Mat& A, const Vec& b) {
     for (std::size_t k = 0; k < columns.size(); ++k) x[columns[k]] = (*part)[static_cast<Index>(k)];
   }
   return x;
+}
+
+Vec balanced_solution(Mat A, Vec b) {
+  if (const auto x = solve_by_blocks(A, b)) return *x;
+  const Vec column = divide_by_largest(A, b);
+  Eigen::CompleteOrthogonalDecomposition<Mat> qr;
+  qr.setThreshold(1e-13);  // what is less in balanced units is rounding
+  qr.compute(A);
+  return column.cwiseProduct(Vec(qr.solve(b)));
 }
 
 }  // namespace pendula::dae

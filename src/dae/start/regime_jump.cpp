@@ -248,22 +248,26 @@ class JumpSystem {
 
 namespace {
 
-/// An impact at whose end bodies that slid rest, since the impulses of their friction, |Γ| ≤ |c Λ|, suffice.
+/// An impact at whose end bodies that slid are at rest.
 struct Rest {
   struct Friction {
     Expr impulse, normal;  ///< Γ, and z of which Λ is the impulse
+    double turns;          ///< the share of the impact with the signs before it at which s is 0
   };
   FirstOrder form;               ///< with Γ in place of sign(s) z
   std::vector<Expr> conditions;  ///< 0 = s as well
   std::vector<Friction> list;
 };
 
+PointValues moved(PointValues values, const FirstOrder& form, const Vec& change) {
+  for (std::size_t i = 0; i < form.x.size(); ++i) values[form.x[i]] += change[static_cast<Eigen::Index>(i)];
+  return values;
+}
+
 /// The signs with a factor z that are others after a jump than before it; nothing where one has several such factors.
 std::optional<Rest> rest_after(const std::vector<Expr>& conditions, const FirstOrder& form,
                                const PointValues& before, const Jump& jump) {
-  PointValues after = before;
-  for (std::size_t i = 0; i < form.x.size(); ++i)
-    after[form.x[i]] += jump.change[static_cast<Eigen::Index>(i)];
+  const PointValues after = moved(before, form, jump.change);
   Rest rest{form, conditions, {}};
   for (Expr node : topological(form.F)) {
     if (node.op() != Op::sign || value_at(node, before) == value_at(node, after)) continue;
@@ -281,7 +285,8 @@ std::optional<Rest> rest_after(const std::vector<Expr>& conditions, const FirstO
     }
     rest.form.z.push_back(impulse);
     rest.conditions.push_back(node.operand(0));
-    rest.list.push_back({impulse, form.z[entries.front().column]});
+    const double from = value_at(node.operand(0), before), to = value_at(node.operand(0), after);
+    rest.list.push_back({impulse, form.z[entries.front().column], from / (from - to)});
   }
   return rest.list.empty() ? std::nullopt : std::optional(rest);
 }
@@ -293,14 +298,23 @@ std::optional<Jump> jump_onto(const std::vector<Expr>& conditions, const FirstOr
   JumpSystem system(conditions, form, before, sizes, close);
   const auto sliding = system.solve(why);
   if (sliding || why.empty()) return sliding;
-  const auto rest = rest_after(conditions, form, before, *system.with_first_factors());
+  const Jump& first = *system.with_first_factors();
+  const auto rest = rest_after(conditions, form, before, first);
   if (!rest) return {};
+  // Friction holds from where s is 0 if it can there: what pushes on may be stronger, though the whole impulse is not.
+  constexpr double together = 1e-9;
+  const double share = rest->list.front().turns;
   std::string unknown;
-  const auto jump = JumpSystem(rest->conditions, rest->form, before, sizes, close).solve(unknown);
-  const auto is_enough = [&](const Rest::Friction& f) {
-    return std::fabs(jump->impulses.at(f.impulse)) <= std::fabs(jump->impulses.at(f.normal)) * (1 + close);
+  const auto solve_from = [&](const PointValues& point) {
+    return JumpSystem(rest->conditions, rest->form, point, sizes, close).solve(unknown);
   };
-  if (!jump || !std::all_of(rest->list.begin(), rest->list.end(), is_enough)) return {};
+  const auto jump = solve_from(before), held = solve_from(moved(before, form, share * first.change));
+  const auto is_held = [&](const Rest::Friction& f) {
+    const double most =
+        std::fabs(held->impulses.at(f.normal)) + close * std::fabs(jump->impulses.at(f.normal));
+    return std::fabs(f.turns - share) <= together && std::fabs(held->impulses.at(f.impulse)) <= most;
+  };
+  if (!jump || !held || !std::all_of(rest->list.begin(), rest->list.end(), is_held)) return {};
   why.clear();
   return jump;
 }

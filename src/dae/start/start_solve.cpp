@@ -75,20 +75,6 @@ Vec row_weights(const Sparse& J) {
   return weight.unaryExpr([](double largest) { return largest > 0 ? 1 / largest : 1; });
 }
 
-/// Divides rows and columns by their largest entries, in turn: the factors by which both were multiplied.
-std::pair<Vec, Vec> balance(Mat& A) {
-  Vec row = Vec::Ones(A.rows()), column = Vec::Ones(A.cols());
-  for (int sweep = 0; sweep < 3; ++sweep) {
-    const Vec r = A.cwiseAbs().rowwise().maxCoeff().cwiseInverse();
-    A = r.asDiagonal() * A;
-    row = row.cwiseProduct(r);
-    const Vec c = A.cwiseAbs().colwise().maxCoeff().cwiseInverse();
-    A = A * c.asDiagonal();
-    column = column.cwiseProduct(c);
-  }
-  return {row, column};
-}
-
 /// The smallest d that minimises ‖J d + r‖.
 Vec least_step(const Sparse& J, const Vec& r) {
   if (J.cols() <= dense_up_to) {
@@ -122,18 +108,8 @@ Vec balanced_step(const Sparse& J, const Vec& r) {
   for (Index j = 0; j < A.cols(); ++j)
     if (A.col(j).any()) columns.push_back(j);
   if (rows.empty()) return Vec::Zero(J.cols());
-  A = Mat(A(rows, columns));
-  const Vec right = -r(rows);
-  std::optional<Vec> part = solve_by_blocks(A, right);
-  if (!part) {
-    const auto [row, column] = balance(A);
-    Eigen::CompleteOrthogonalDecomposition<Mat> qr;
-    qr.setThreshold(1e-13);  // what is less in balanced units is rounding
-    qr.compute(A);
-    part = column.cwiseProduct(Vec(qr.solve(Vec(row.cwiseProduct(right)))));
-  }
   Vec d = Vec::Zero(J.cols());
-  d(columns) = *part;
+  d(columns) = balanced_solution(A(rows, columns), -r(rows));
   return d;
 }
 

@@ -30,6 +30,19 @@ test("an impact takes μ times its impulse from a body that slides, and stops on
   end
 end)
 
+-- What pushes on with the impulse is stronger than this friction, so that v does not stay where its sign
+-- turns,
+-- though the whole impulse could be held there.
+test("impacts through which a body does not stay at rest are refused", function()
+  for _, case in ipairs { { 2.2, -0.4*N*sign(vx) - 0.3*N*sign(vx - 1) }, { 4, -2*N - N*sign(vx) } } do
+    local sys = dae { der(x) ~ vx, der(y) ~ vy, der(vx) ~ case[2], der(vy) ~ N - 9.81, 0 ~ min(y, N) }
+    local start = sys:init { fix = { x = 0, vx = case[1], y = 0.2, vy = 0 } }
+    local sol = sys:integrate { start = start, to = 0.3 }
+    expect(sol.status):matches "the factor of N in the equations.*changes during the impulse"
+    expect(sol.t[#sol.t]):near(math.sqrt(0.4/9.81), 1e-6)
+  end
+end)
+
 test("a body at rest slides before the normal force has vanished, in a step that goes beyond", function()
   -- N = 1 - t: |F| = 1/2 = μ N at t = 1/2, then v′ = 1/2 - (1 - t)
   for _, sys in ipairs { dae { der(x) ~ vx, der(vx) ~ 1/2 - (1 - t)*sign(vx) },
