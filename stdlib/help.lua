@@ -61,7 +61,13 @@ end
 
 -- The entries a user may mean by `name`: its full name; a member's bare name; "sys:reduce" for any variable
 -- name.
+-- help "~" is the page of what the sign does with expressions.
+local signs = { ["+"] = "__add", ["-"] = "__sub", ["*"] = "__mul", ["/"] = "__div", ["^"] = "__pow",
+  ["~"] = "__bxor", ["=="] = "__eq", ["~="] = "__eq", ["<"] = "__lt", [">"] = "__lt", ["<="] = "__le",
+  [">="] = "__le", ["//"] = "__idiv", ["%"] = "__mod", ["#"] = "__len" }
+
 local function find(name)
+  if signs[name] then name = "expr:" .. signs[name] end
   local found = all(function(e) return e.name == name end)
   if #found > 0 then return found end
   local owner, separator, member = split_name(name)

@@ -10,6 +10,7 @@
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
 #include "expr/linalg/linalg.hpp"
+#include "lti/curve_facts.hpp"
 #include "lti/structure.hpp"
 
 namespace pendula::lti {
@@ -153,41 +154,6 @@ double nice_up(double value) {
   return 10 * decade;
 }
 
-/// The first time at which the line through the samples reaches `level` from `from` on.
-std::optional<double> crossing(const Vec& t, const Vec& y, double level) {
-  for (Index k = 0; k < t.size(); ++k) {
-    if (y[k] >= level && k == 0) return t[0];
-    if (y[k] >= level) return t[k - 1] + (t[k] - t[k - 1]) * (level - y[k - 1]) / (y[k] - y[k - 1]);
-  }
-  return {};
-}
-
-CurveFacts facts(const Vec& t, const Vec& y, double final) {
-  CurveFacts f;
-  f.final = final;
-  Index at = 0;
-  const double sign = final < 0 ? -1 : 1;
-  (sign * y).maxCoeff(&at);
-  f.peak = y[at];
-  f.peak_time = t[at];
-  if (std::fabs(final) < 1e-12) return f;
-  const Vec scaled_y = y / final;
-  const auto low = crossing(t, scaled_y, 0.1), high = crossing(t, scaled_y, 0.9);
-  if (low && high) f.rise_time = *high - *low;
-  f.overshoot = std::max(0.0, 100 * (scaled_y[at] - 1));
-  if (*f.overshoot < 1e-7) f.overshoot = 0;
-  for (Index k = t.size(); k-- > 0;)
-    if (std::fabs(scaled_y[k] - 1) > 0.02) {
-      if (k + 1 < t.size()) {
-        const double a = std::fabs(scaled_y[k] - 1), b = std::fabs(scaled_y[k + 1] - 1);
-        f.settling_time = t[k] + (t[k + 1] - t[k]) * (a > b ? (a - 0.02) / (a - b) : 1);
-      }
-      break;
-    }
-  if (!f.settling_time && std::fabs(scaled_y[0] - 1) <= 0.02) f.settling_time = t[0];
-  return f;
-}
-
 Response make(const char* kind, const System& g, const Vec& t) {
   Response r;
   r.kind = kind;
@@ -227,12 +193,15 @@ Vec from_zero(const Numbers& s, const Vec& t) {
 
 }  // namespace
 
-Vec response_times(const System& given, std::optional<double> to) {
-  const System g = with_numbers(given);
-  const double Ts = g.continuous() ? 0 : number(g.Ts);
-  if (to && !(*to > 0 && std::isfinite(*to)))
-    throw Error(text("the end must be a positive time, got ", pendula::rounded(*to)));
-  double longest = 0, fastest = 0;  // settling times, and frequencies that are still seen
+namespace {
+
+struct Horizon {
+  double end = 0;      ///< where the slowest mode has died out; infinite beyond the range of a double
+  double fastest = 0;  ///< frequency that is still seen
+};
+
+Horizon horizon(const System& g, double Ts) {
+  double longest = 0, fastest = 0;
   bool forever = false;
   for (const dae::Mode& m : poles(g)) {
     const Complex p = Ts > 0 ? (std::abs(m.value) > 0 ? std::log(m.value) / Ts : Complex(-50 / Ts)) : m.value;
@@ -246,7 +215,19 @@ Vec response_times(const System& given, std::optional<double> to) {
       forever = true;
     if (p.imag() != 0 && decay < 3 * std::fabs(p.imag())) fastest = std::max(fastest, std::fabs(p.imag()));
   }
-  double end = to ? *to : longest > 0 ? nice_up((forever ? 1.5 : 1) * longest) : Ts > 0 ? 20 * Ts : 10;
+  const double none = Ts > 0 ? 20 * Ts : 10;
+  return {longest > 0 ? nice_up((forever ? 1.5 : 1) * longest) : none, fastest};
+}
+
+}  // namespace
+
+Vec response_times(const System& given, std::optional<double> to) {
+  const System g = with_numbers(given);
+  const double Ts = g.continuous() ? 0 : number(g.Ts);
+  if (to && !(*to > 0 && std::isfinite(*to)))
+    throw Error(text("the end must be a positive time, got ", pendula::rounded(*to)));
+  const Horizon natural = horizon(g, Ts);
+  const double end = to ? *to : natural.end;
   if (!std::isfinite(end))
     throw Error("the slowest pole takes longer than a number can say; give the times, or the last of them");
   if (Ts > 0) {
@@ -256,9 +237,28 @@ Vec response_times(const System& given, std::optional<double> to) {
     const auto n = static_cast<Index>(std::max(to ? 0.0 : 10.0, to ? steps : std::min(steps, 1000.0)));
     return Vec::LinSpaced(n + 1, 0, Ts * static_cast<double>(n));
   }
-  const double wanted = std::clamp(end * fastest / (2 * M_PI) * 40, 300.0, 3000.0);
+  const double wanted = std::clamp(end * natural.fastest / (2 * M_PI) * 40, 300.0, 3000.0);
   return Vec::LinSpaced(static_cast<Index>(wanted) + 1, 0, end);
 }
+
+namespace {
+
+/// Rise, overshoot and settling belong to the system: those of a run that was asked for at few times, or that ends
+/// early, are read at the times of response_times.
+Vec times_of_facts(const System& g, const Vec& t) {
+  const System values = with_numbers(g);
+  if (!std::isfinite(horizon(values, g.continuous() ? 0 : number(values.Ts)).end)) return t;
+  const Vec whole = response_times(g);
+  const auto widest = [](const Vec& times) {
+    return times.size() < 2 ? 0 : (times.tail(times.size() - 1) - times.head(times.size() - 1)).maxCoeff();
+  };
+  const double rounding = 1 + 1e-9;
+  const bool enough = t[t.size() - 1] * rounding >= whole[whole.size() - 1] &&
+                      widest(t) <= std::max(widest(whole), 0.0) * rounding;
+  return enough ? t : whole;
+}
+
+}  // namespace
 
 Response step(const System& g, const Vec& wanted) {
   const Numbers s = numbers_of(g);
@@ -266,16 +266,23 @@ Response step(const System& g, const Vec& wanted) {
   Response r = make("step", g, wanted);
   Mat final;
   if (r.settles) final = numbers(dcgain(with_numbers(g)));
+  const Vec seen = r.settles ? times_of_facts(g, t) : t;
+  const Vec zero = Vec::Zero(s.A.rows());
   for (Index j = 0; j < s.B.cols(); ++j) {
     const Vec u = Vec::Unit(s.B.cols(), j);
     Hold hold(s, false);
-    const Run one = run(
-        s, t, Vec::Zero(s.A.rows()), [&](Index) { return u; },
-        [&](const Vec& x, Index k) { return hold(x, u, u, t[k + 1] - t[k]); });
+    const auto input = [&](Index) { return u; };
+    const auto next_at = [&](const Vec& times) {
+      return [&](const Vec& x, Index k) { return hold(x, u, u, times[k + 1] - times[k]); };
+    };
+    const Run one = run(s, t, zero, input, next_at(t));
     keep(r, one);
     if (!r.settles) continue;
+    const bool same = seen.size() == t.size() && seen == t;
+    const Run whole = same ? one : run(s, seen, zero, input, next_at(seen));
     r.facts.emplace_back();
-    for (Index i = 0; i < s.C.rows(); ++i) r.facts.back().push_back(facts(t, one.y.col(i), final(i, j)));
+    for (Index i = 0; i < s.C.rows(); ++i)
+      r.facts.back().push_back(curve_facts(seen, whole.y.col(i), final(i, j)));
   }
   return r;
 }

@@ -3,16 +3,10 @@
 
 #include <functional>
 
+#include "lti/curve_facts.hpp"
 #include "lti/system.hpp"
 
 namespace pendula::lti {
-
-/// Characteristic values of a curve that settles (steps) or rises and falls.
-struct CurveFacts {
-  double final = 0, peak = 0, peak_time = 0;
-  std::optional<double> rise_time, settling_time,
-      overshoot;  ///< 10–90 %, within 2 %, in % of the final value
-};
 
 struct Response {
   std::string kind;  ///< "step", "impulse", "initial", "lsim"

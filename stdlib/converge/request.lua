@@ -13,6 +13,14 @@ local function checked_options(sys, options)
   return options
 end
 
+-- The method that a name means with fixed steps: a family needs its number of stages or steps.
+local function with_fixed_steps(name)
+  local families = { radau = "rk.radau(3)", gauss = "rk.gauss(3)", bdf = "bdf(3)" }
+  if not families[name] and name ~= "rodas" then return rk[name] end
+  fail(('converge: method "%s" chooses its steps: give tolerances, rtol = { 1e-4, 1e-6 }, instead of dt%s')
+    :format(name, families[name] and ", or a method with fixed steps, " .. families[name] or ""))
+end
+
 local function read_methods(options)
   local list = options.methods or options.method
   if list == nil then fail "converge: the methods are missing; give methods = { rk.rk4, rk.gauss(2) }" end
@@ -25,7 +33,7 @@ local function read_methods(options)
         type(method)))
     end
     local each = { method = method, name = type(method) == "string" and method or method.name }
-    if type(method) == "string" and not options.rtol then each.method = rk[method] end
+    if type(method) == "string" and not options.rtol then each.method = with_fixed_steps(method) end
     if type(each.method) ~= "string" then each.order = each.method:order() end
     methods[i] = each
   end

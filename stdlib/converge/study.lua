@@ -49,6 +49,16 @@ local function errors_of(sol, quantities, reference, over)
   return errors
 end
 
+-- |x - exact| at the start, the largest of all quantities: what no step makes smaller.
+local function apart_at_start(sol, quantities)
+  local apart, from = 0, sol.t[1]
+  for _, q in ipairs(quantities) do
+    local error = math.abs(sol(q.what, from) - sol(q.exact + 0*named "t", from))
+    apart = math.max(apart, error / math.max(1, math.abs(sol(q.what, from))))
+  end
+  return apart
+end
+
 local function reference_values(sys, options, quantities)
   local reference = options.reference
   if object_type(reference) == "solution" then return values_at_end(reference, quantities) end
@@ -125,8 +135,17 @@ end
 
 local function rounding_steps(study, h) return study.key == "rtol" and 1e3 or study.interval/h end
 
-local function reduction_note(study, name, slope, order)
-  local why = study.direct and "order reduction, the model is integrated at its index as it stands"
+-- Errors that no step makes smaller; with "direct" a method may well not converge.
+local function constant(errors)
+  local low, high = math.huge, 0
+  for _, e in ipairs(errors) do low, high = math.min(low, e), math.max(high, e) end
+  return high < 1.05*low
+end
+
+local function reduction_note(study, name, slope, order, errors)
+  local stays = study.against == "exact" and not study.direct and study.apart <= 1e-8 and constant(errors)
+  local why = stays and "the error does not depend on the step: is exact a solution of these equations?"
+    or study.direct and "order reduction, the model is integrated at its index as it stands"
     or study.algebraic and "order reduction, or the steps are still too large"
     or [[the steps are still too large, the solution is not smooth enough, or the problem is stiff (order
       reduction)]]
@@ -146,7 +165,7 @@ local function group_text(study, group)
     row[#row + 1] = slope and ("%.2f"):format(slope) or "–"
     rows[#rows + 1] = row
     if slope and order and study.key == "dt" and slope < order - 0.5 then
-      notes[#notes + 1] = reduction_note(study, method.name, slope, order)
+      notes[#notes + 1] = reduction_note(study, method.name, slope, order, group.errors[m])
     end
   end
   local text = rows_text(rows)
@@ -170,6 +189,10 @@ local function text_of(study)
   local parts = {}
   for _, group in ipairs { study.main, study.other } do
     parts[#parts + 1] = title_of(study, group.names) .. "\n" .. group_text(study, group)
+  end
+  if study.against == "exact" and study.apart > 1e-8 then
+    parts[#parts + 1] = ("  exact is not the solution from this start: they are %.2g apart there")
+      :format(study.apart)
   end
   for _, each in ipairs(study.failures) do
     parts[#parts + 1] = ("  %s with %s = %g failed: %s"):format(each.method, study.key, each.step, each.why)
@@ -217,6 +240,7 @@ local function one_run(sys, options, study, method, h)
     local errors = errors_of(sol, study.quantities, study.reference, study.over)
     table.move(errors, 1, #errors, #numbers + 1, numbers)
   end
+  numbers[#numbers + 1] = study.against == "exact" and apart_at_start(sol, study.quantities) or 0
   for _, cost in ipairs(costs) do numbers[#numbers + 1] = stats[cost] end
   return numbers
 end
@@ -230,6 +254,7 @@ local function run_of(numbers, study)
   end
   run.values = taken(0)
   if study.against ~= "self" then run.errors = taken(count) end
+  run.apart = numbers[#numbers - #costs]
   for k, cost in ipairs(costs) do
     local value = numbers[#numbers - #costs + k]
     run[cost] = cost == "time" and value or math.tointeger(value)
@@ -286,6 +311,7 @@ local function run_all(sys, options, study)
         run.errors = finer and errors_against_itself(run, run_of(finer, study), method.order)
       end
       study.runs[m][k] = run and run.errors and run
+      study.apart = math.max(study.apart or 0, run and run.apart or 0)
       for i, v in ipairs(run and run.values or {}) do
         study.scales[i] = math.max(study.scales[i] or 0, math.abs(v))
         study.scale = math.max(study.scale, study.scales[i])

@@ -70,3 +70,12 @@ test("param reads a value in its name, as params does", function()
   expect(function() param("R=1", 2) end):fails "has its value already"
   expect(select("#", param "R=1 S=2")):equals(2)
 end)
+
+test("conditions and projections in sentences", function()
+  local x1, x2, u, b, g = var "x1", var "x2", var "u", param "b", func("g", 1)
+  local told = tostring(dae { der(x1) ~ x2, der(x2) ~ b*u, 0 ~ g(x1, x2) }:reduce "acc":trace())
+  expect(told):matches "Of the original model: the structural answer holds where b ≠ 0%."
+  local x, y, z = vars "x y z"
+  told = tostring(dae { der(x) ~ y, der(y) ~ z, 0 ~ x - sin(t) }:reduce "project":trace())
+  expect(told):matches "after every step x moves as little as possible"
+end)

@@ -143,3 +143,17 @@ test("worker processes give the numbers of one process, bit for bit; a run that 
       inputs = { [r] = function() error "no value at all" end } })
   end):fails "no value at all"
 end)
+
+test("an exact solution that is none is named", function()
+  local study = { start = { x = 2 }, to = 1, methods = { rk.rk4 }, dt = { 0.1, 0.05 }, exact = exp(-2*t) }
+  expect(tostring(converge(decay, study))):matches "not the solution from this start: they are 0.5 apart"
+  study.start, study.exact = { x = 1 }, exp(-t)
+  expect(tostring(converge(decay, study))):matches "is exact a solution of these equations%?"
+  study.exact = exp(-2*t)
+  local good = tostring(converge(decay, study))
+  expect(good:find "apart" or good:find "exact a"):equals(nil)
+  for name, instead in pairs { radau = "rk.radau(3)", bdf = "bdf(3)", gauss = "rk.gauss(3)", rodas = "rtol" } do
+    study.methods = { name }
+    expect(function() converge(decay, study) end):fails(instead)
+  end
+end)

@@ -179,3 +179,20 @@ test("systems without outputs, and poles too slow for a number", function()
   end
   expect(#slow:step(1).t > 1):equals(true)
 end)
+
+test("rise, overshoot and settling do not depend on the times that are asked for", function()
+  local zeta, w = 0.1, 2
+  local G = tf({ w^2 }, { 1, 2*zeta*w, w^2 })
+  local overshoot = 100*math.exp(-zeta*math.pi/math.sqrt(1 - zeta^2))
+  local whole = G:step()
+  expect(whole.overshoot):near(overshoot, (math.pi/40)^2/2)   -- the highest of 40 samples of a period
+  for _, times in ipairs { { 0, 1, 50 }, { 0.5 }, linspace(0, 3, 7) } do
+    local r = G:step(times)
+    expect(r.overshoot):near(whole.overshoot, 1e-12)
+    expect(r.rise_time):near(whole.rise_time, 1e-12)
+    expect(r.settling_time):near(whole.settling_time, 1e-12)
+  end
+  expect(G:step(linspace(0, 60, 60001)).overshoot):near(overshoot, (w*0.001/2)^2)
+  local D = c2d(G, 0.1)
+  expect(D:step(0.3).settling_time):near(D:step().settling_time, 1e-12)
+end)

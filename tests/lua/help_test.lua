@@ -88,6 +88,13 @@ test("the overview lists what users type", function()
   expect(text):matches "\nIntegration +converge\n"
 end)
 
+test("signs have pages", function()
+  for sign, words in pairs { ["~"] = "An equation.", ["=="] = "The same structure", ["<"] = "names lt and gt",
+    ["^"] = "Power;", ["%"] = "names the remedy" } do
+    expect(shown(('help "%s"'):format(sign)):find(words, 1, true) ~= nil):is_true()
+  end
+end)
+
 test("parts are found by their names", function()
   local text = shown 'help "clutch" help "rotational.spring" help(components) apropos "winding"'
   for _, expected in ipairs { "components.rotational.clutch: A friction clutch",

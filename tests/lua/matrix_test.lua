@@ -201,3 +201,34 @@ test("large matrices are computed in a process of their own, with the same resul
     expect(rank(singular)):equals(size - 1)
   end
 end)
+
+test("ipairs walks through everything that is counted", function()
+  local x, y = vars "x y"
+  local function walked(list)
+    local count = 0
+    for i, each in ipairs(list) do
+      count = count + 1
+      expect(i):equals(count)
+      expect(each ~= nil):is_true()
+    end
+    return count
+  end
+  local swing = dae { der(x) ~ y, 0 ~ x^2 - t^2 - 1 }
+  expect(walked(swing:constraints())):equals(#swing:constraints())
+  local runs = sweep(dae { der(x) ~ -x }, { start = { x = { 1, 2, 3 } }, to = 1 })
+  expect(walked(runs)):equals(3)
+  expect(walked(swing:reduce():integrate { start = { x = 1 }, to = 1 }:drift())):equals(1)
+  expect(walked(x)):equals(1)
+  expect(walked(eig { { 0, 1 }, { -4, 0 } })):equals(2)
+  expect(walked { 1, 2 }):equals(2)
+  expect(walked {}):equals(0)
+end)
+
+test("eigenvalues by number", function()
+  local e = eig { { 0, 1 }, { -4, 0 } }
+  expect(e[1].im):equals(-2)
+  expect(e[2].im):equals(2)
+  expect(eig { { 2, 1 }, { 1, 2 } }[2]):equals(3)
+  expect(eig { { 1, 1 }, { 1, 0 } }[2]):equals((1 + sqrt(5))/2)
+  expect(function() return e[3] end):fails "no eigenvalue number 3: the matrix has 2"
+end)

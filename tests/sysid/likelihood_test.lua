@@ -285,3 +285,13 @@ test("a polytope that is no box, by two ways", function()
   expect(function() fir(iddata { y = y, u = u }, { nb = 15, noise = uniform(-0.1, 0.1) }) end)
     :fails "200000 vertices"
 end)
+
+test("an empty set with a parameter that no row contains", function()
+  local d = iddata { y = { 5, -5, 5 }, u = { 0, 0, 0 }, Ts = 1 }
+  local m = arx(d, { na = 1, nb = 1, nk = 0, noise = uniform(-1, 1), ic = "zero" })
+  expect(m.feasible):equals(false)
+  local words = tostring(m)
+  expect(words):matches "|e| ≤ 5 instead of 1"             -- y(1) has no regressor
+  expect(words):matches "b0 = 0\n"
+  expect(words):matches "b0 is not identifiable"
+end)

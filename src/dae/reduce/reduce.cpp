@@ -131,7 +131,9 @@ ModelPtr made_acc(const ModelPtr& given) {
   const auto reason = rank_reason(*done);
   done->trace.insert(done->trace.end(), reason.begin(), reason.end());
   for (const auto& [word, line] : classification(*model))
-    if (word == "holds") done->trace.push_back("The original model has " + line + ".");
+    if (word == "holds")
+      done->trace.push_back(
+          (line.starts_with("index") ? "The original model has " : "Of the original model: ") + line + ".");
   constexpr std::size_t most = 40;
   std::vector<std::string> conditions;
   for (const Constraint& c : done->invariants)

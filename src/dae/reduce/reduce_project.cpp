@@ -166,13 +166,16 @@ ModelPtr reduce_project(const ModelPtr& given) {
   done->trace.clear();
   if (!why.empty())
     done->trace.push_back("project: the accelerations stay implicit (form \"acc\"), because " + why);
-  for (const Projection& p : done->projections)
-    done->trace.push_back(text("project: after every step ", grouped_names(p.unknowns),
-                               " move as little as possible",
+  for (const Projection& p : done->projections) {
+    const std::string names = grouped_names(p.unknowns);
+    const bool several = names.find(", ") != std::string::npos;
+    done->trace.push_back(text("project: after every step ", names, several ? " move" : " moves",
+                               " as little as possible",
                                !p.weight.size()   ? ""
                                : inner->mechanics ? ", measured with the mass matrix,"
                                                   : ", each measured in its own unit,",
                                " until ", formula("0 = ", ref(column(p.residuals)))));
+  }
   done->trace.push_back("     The constraints are kept to rounding, so nothing drifts.");
   return done;
 }

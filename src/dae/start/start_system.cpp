@@ -69,7 +69,8 @@ std::string missing_input(Expr leaf, const Substitution& inputs) {
                                          : text("der(", name, ", ", s.order, ")");
   return text(
       "input '", to_text(leaf), "' has no value: the function given for ", name,
-      " could not be followed symbolically, so its derivative is not known. Give it by name, inputs = { [",
+      " could not be followed symbolically (in it sin is needed for math.sin, ifelse for if), so its derivative is not "
+      "known. Give it by name, inputs = { [",
       name, "] = …, [", key, "] = value or function }, or give ", name, " as an expression in t");
 }
 

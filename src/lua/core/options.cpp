@@ -54,6 +54,8 @@ std::string elsewhere(const std::string& key, const std::vector<std::string>& kn
   for (const char* word : {"fix", "guess"})
     if (hints.empty() && starts && unknown[0] == word)
       hints = text(" That belongs to init: start = sys:init{ ", word, " = { … } }.");
+  if (hints.empty() && is_option("fix") && is_option("guess"))
+    hints = text(" A value at the start stands in fix = { ", unknown[0], " = 1 }.");
   if (hints.empty() && starts)
     hints = text(
         " An initial value stands in start = { ", unknown[0], " = 1 }",

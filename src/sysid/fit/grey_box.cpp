@@ -231,7 +231,7 @@ GreyBoxFit fit(const GreyBoxRequest& given) {
   out.exact = std::sqrt(at.sse) <= (request.dt > 0 ? 1e-9 : 10 * request.rtol) * (size + 1e-300);
   out.covariance = (out.exact ? 0 : out.quality.sigma2) * out.ls.inverse;
   out.std = standard_deviations(out.ls, out.covariance);
-  out.unidentifiable = free_directions(out.ls.null_space, out.names);
+  out.unidentifiable = free_directions(out.ls.null_space, out.names, InParameters::nonlinear);
   for (const Index i : out.active) {
     out.std[i] = 0;
     std::erase_if(out.unidentifiable,

@@ -312,7 +312,7 @@ void complete(PolyModel& m, const IdData& d, PredictionErrors& at) {
   const LeastSquares ls = solve_triangular(pendula::triangular_factor(at.J, -at.e).R(), at.rows);
   m.identifiability.rank = ls.rank;
   m.identifiability.null_space = ls.null_space;
-  m.identifiability.directions = free_directions(ls.null_space, m.names);
+  m.identifiability.directions = free_directions(ls.null_space, m.names, InParameters::nonlinear);
   m.quality = criteria(sse, at.rows, ls.rank, compared_variation(d, m));
   const Index left = at.rows - ls.rank - at.free_start;
   m.quality.sigma2 = left > 0 ? sse / static_cast<double>(left) : 0;

@@ -235,7 +235,8 @@ PredictorFit fit(const Predictor& p, const IdData& d, InitialCondition start, co
   f.quality = criteria(e.squaredNorm(), e.size(), f.ls.rank, (y.array() - y.mean()).matrix().squaredNorm());
   f.covariance = (f.exact ? 0 : f.quality.sigma2) * f.ls.inverse;
   f.std = standard_deviations(f.ls, f.covariance);
-  f.unidentifiable = free_directions(f.ls.null_space, f.names);
+  f.unidentifiable =
+      free_directions(f.ls.null_space, f.names, p.linear ? InParameters::linear : InParameters::nonlinear);
   f.residuals = e;
   f.predictions = yhat;
   f.first = start == InitialCondition::zero ? 0 : p.memory();

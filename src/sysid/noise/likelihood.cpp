@@ -294,7 +294,11 @@ ParameterSet parameter_set(Regression r, double low, double high) {
   }
   if (!s.feasible) {
     s.smallest = smallest_bound(s.regression.Phi, s.regression.y.array() - middle);
-    if (!s.bounded) s.feasible = s.smallest.bound <= half * (1 + 1e-12);
+    if (!s.bounded) {  // what the rows do not say is 0
+      const Mat& free = s.null_space;
+      s.smallest.theta -= free * Eigen::ColPivHouseholderQR<Mat>(free).solve(s.smallest.theta);
+      s.feasible = s.smallest.bound <= half * (1 + 1e-12);
+    }
     s.center = s.smallest.theta;
   }
   if (!s.feasible) return s;
@@ -349,7 +353,9 @@ std::string describe_empty(const ParameterSet& s) {
   std::vector<std::string> at;
   for (Index i = 0; i < s.smallest.theta.size(); ++i)
     at.push_back(text(s.regression.names[i], " = ", rounded(s.smallest.theta[i], 8)));
-  return out + text("  attained at ", join(at, ", "));
+  out += text("  attained at ", join(at, ", "));
+  for (const std::string& direction : s.free) out += "\n    " + direction;
+  return out;
 }
 
 std::string vertex_table(const ParameterSet& s) {

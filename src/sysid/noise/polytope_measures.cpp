@@ -207,7 +207,9 @@ Ball largest_ball(const FeasibleSet& s, const Polytope& p) {
 
 SmallestBound smallest_bound(const Mat& Phi, const Vec& mid) {
   const Index d = Phi.cols(), N = Phi.rows();
-  const Vec scale = Phi.colwise().norm().cwiseMax(1e-300);
+  Vec scale = Phi.colwise().norm();
+  for (double& size : scale)
+    if (size == 0) size = 1;  // a parameter that no row contains
   LinearProgram lp;
   lp.c = Vec::Unit(d + 1, d);
   lp.G.resize(2 * N, d + 1);

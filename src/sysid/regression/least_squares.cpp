@@ -191,7 +191,9 @@ WeightedLeastSquares least_squares(const Mat& A, const Vec& y, const Weighting& 
   return out;
 }
 
-std::vector<std::string> free_directions(const Mat& n, const std::vector<std::string>& names) {
+std::vector<std::string> free_directions(const Mat& n, const std::vector<std::string>& names,
+                                         InParameters predictions) {
+  const bool linear = predictions == InParameters::linear;
   std::vector<std::string> out;
   for (Index j = 0; j < n.cols(); ++j) {
     const std::vector<double> c = presentable(n.col(j));
@@ -206,7 +208,8 @@ std::vector<std::string> free_directions(const Mat& n, const std::vector<std::st
       continue;
     }
     std::string line =
-        text("(", join(who, ", "), ") + α (", join(steps, ", "), ") predicts the same for every α");
+        text("(", join(who, ", "), ") + α (", join(steps, ", "),
+             linear ? ") predicts the same for every α" : ") predicts the same to first order in α");
     bool alone = who.size() == 2;  // one direction over two parameters leaves one combination of them
     for (Index k = 0; k < n.cols(); ++k)
       for (std::size_t i = 0; i < c.size(); ++i)
@@ -220,7 +223,7 @@ std::vector<std::string> free_directions(const Mat& n, const std::vector<std::st
       kept[first] = c[second];
       kept[second] = -c[first];
       line =
-          text("only ",
+          text(linear ? "only " : "at the estimate only ",
                combination(presentable(Eigen::Map<Vec>(kept.data(), static_cast<Index>(kept.size()))), names),
                " is determined: ", line);
     }

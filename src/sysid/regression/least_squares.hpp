@@ -44,9 +44,11 @@ struct WeightedLeastSquares : LeastSquares {
 /// throws Error on wrong sizes, NaN, and an S that is not positive definite.
 WeightedLeastSquares least_squares(const Mat& A, const Vec& y, const Weighting& weighting);
 
+enum class InParameters { linear, nonlinear };
 /// "a is not identifiable", "only a1 + 2 b0 is determined: (a1, b0) + α (2, -1) predicts the same"; one entry
-/// per free direction.
-std::vector<std::string> free_directions(const Mat& null_space, const std::vector<std::string>& names);
+/// per free direction. Where predictions are not linear in θ, the null space is that of their derivatives.
+std::vector<std::string> free_directions(const Mat& null_space, const std::vector<std::string>& names,
+                                         InParameters predictions = InParameters::linear);
 
 /// √cov_ii; infinite where the parameter is not identifiable.
 Vec standard_deviations(const LeastSquares& ls, const Mat& covariance);

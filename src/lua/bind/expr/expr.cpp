@@ -51,6 +51,11 @@ int itself(Call& call) {
 }
 int one(Call& call) { return call.push(1); }
 
+int same(Call& call) {
+  return call.push(call.is<Expr>(1) && call.is<Expr>(2) &&
+                   call.object<Expr>(1, "left") == call.object<Expr>(2, "right"));
+}
+
 int index(Call& call) {
   if (lua_isinteger(call.L, 2)) {
     if (lua_tointeger(call.L, 2) != 1)
@@ -278,6 +283,12 @@ std::vector<Row> rows() {
       {"expr#label", label, "x.label", "The label of an axis: text or name, with the unit."},
       {"expr#value", default_of, "m.value", "The default value of a parameter, or nil."},
       {"expr:__len", one, "#e", "1 for a scalar."},
+      {"expr:__eq", same, "a == b",
+       "The same structure, not the same value: simplify(a - b) decides that. An equation is a ~ b.",
+       R"(
+           x, y = vars "x y"
+           x + y == y + x, (x + 1)^2 == x^2 + 2*x + 1)",
+       "true false"},
       {"expr:__index", index, "e[1]", "The scalar itself.", "x = var \"x\"; x[1]", "x"},
       {"expr:__tostring", to_string, "tostring(e)", "The expression as in a book."},
       {"expr:__approximation", approximation, "sqrt(2) at the prompt",

@@ -91,17 +91,27 @@ void refuse_hidden_time(const MatX& e) {
              to_text(moving), " changes, is der(e)"));
 }
 
-int diff(Call& call) {
-  const Value e = to_value(call.L, 1, "e");
-  const auto x = variables(call, 2, "x");
+MatX differentiated(Call& call, MatX d, int i, long order) {
+  const auto x = variables(call, i, "x");
   if (x.size() != 1)
     throw Error(text("x has ", x.size(), " components; for a column write jacobian(f, x) or gradient(e, x)"));
-  const long order = call.integer(3, "n", 1);
   if (order < 0 || order > 100)
     throw Error(text("the order of a derivative must be between 0 and 100, not ", order));
-  MatX d = to_matrix(call.L, 1, "e");
+  if (x[0] == time_symbol() && order > 0) refuse_hidden_time(d);
   for (long k = 0; k < order; ++k) d = d.unaryExpr([&](Expr entry) { return partial(entry, x[0]); });
-  if (x[0] == time_symbol() && order > 0) refuse_hidden_time(to_matrix(call.L, 1, "e"));
+  return d;
+}
+
+/// diff(e, x, 2, y): symbols, each with the number of derivatives behind it.
+int diff(Call& call) {
+  const Value e = to_value(call.L, 1, "e");
+  MatX d = to_matrix(call.L, 1, "e");
+  const int last = std::max(2, call.count());
+  for (int i = 2; i <= last; ++i) {
+    const bool counted = lua_type(call.L, i + 1) == LUA_TNUMBER;
+    d = differentiated(call, std::move(d), i, counted ? call.integer(i + 1, "n") : 1);
+    if (counted) ++i;
+  }
   return is_matrix(e) ? push_value(call.L, d) : push_expr(call.L, d(0, 0));
 }
 
@@ -216,8 +226,9 @@ extern const Module calculus_module = {
          R"(x, y = vars "x y"; gradient(x*y, {x, y})[1])", "y"},
         {"hessian", hessian, "hessian(e, x) -> matrix", "∂²e/∂xᵢ∂xⱼ.",
          R"(x, y = vars "x y"; hessian(x*y, {x, y})(1, 2))", "1"},
-        {"diff", diff, "diff(e, x [, n]) -> expression", "The n-th partial derivative by one symbol.",
-         R"(x = var "x"; diff(x^3, x, 3))", "6"},
+        {"diff", diff, "diff(e, x [, n], y, …) -> expression",
+         "The n-th partial derivative by a symbol; several one after another, diff(e, x, 2, y).",
+         R"(x, y = vars "x y"; diff(x^3, x, 3), diff(x^2*y^2, x, y))", "6 4 x y"},
         {"symbols", symbols, "symbols(e) -> list of symbols",
          "The symbols that an expression, a matrix or an equation contains, without derivatives, as declared.",
          R"(x, y = vars "x y"; #symbols(x*y + der(y) ~ t))", "3"},

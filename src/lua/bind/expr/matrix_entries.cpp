@@ -127,10 +127,27 @@ int next_in_list(lua_State* L) {
   return lua_geti(L, 1, i) == LUA_TNIL ? 1 : 2;
 }
 
+/// Of a value that is counted (constraints, runs, …): behind its last entry an index is an error, no nil.
+int next_counted(lua_State* L) {
+  const lua_Integer i = lua_tointeger(L, 2) + 1;
+  if (i > luaL_len(L, 1)) return 0;
+  lua_pushinteger(L, i);
+  lua_geti(L, 1, i);
+  return 2;
+}
+
+lua_CFunction iterator_of(Call& call) {
+  if (call.is<Matrix>(1)) return guarded<next_entry>;
+  if (lua_type(call.L, 1) != LUA_TUSERDATA || luaL_getmetafield(call.L, 1, "__len") == LUA_TNIL)
+    return next_in_list;
+  return next_counted;
+}
+
 int walk(Call& call) {
   if (call.count() == 0) call.wrong(1, "list", "a list");
+  const lua_CFunction next = iterator_of(call);
   lua_settop(call.L, 1);
-  lua_pushcfunction(call.L, call.is<Matrix>(1) ? guarded<next_entry> : next_in_list);
+  lua_pushcfunction(call.L, next);
   lua_insert(call.L, 1);
   lua_pushinteger(call.L, 0);
   return 3;
@@ -148,7 +165,7 @@ extern const Module entries_module = {
     "Entries of vectors and matrices",
     {
         {"ipairs", walk, "for i, e in ipairs(list)",
-         "Lua's ipairs, which also walks through columns and matrices.",
+         "Lua's ipairs, which also walks through columns, matrices, constraints, the runs of a sweep, ….",
          "s = 0; for i, e in ipairs(vec{1, 2, 3}) do s = s + i*e end; s", "14"},
         {"matrix#rows", rows_of, "A.rows", "The number of rows."},
         {"matrix#cols", cols_of, "A.cols", "The number of columns."},

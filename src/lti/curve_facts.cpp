@@ -1,0 +1,46 @@
+#include "lti/curve_facts.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pendula::lti {
+namespace {
+
+/// The first time at which the line through the samples reaches `level` from `from` on.
+std::optional<double> crossing(const Vec& t, const Vec& y, double level) {
+  for (Index k = 0; k < t.size(); ++k) {
+    if (y[k] >= level && k == 0) return t[0];
+    if (y[k] >= level) return t[k - 1] + (t[k] - t[k - 1]) * (level - y[k - 1]) / (y[k] - y[k - 1]);
+  }
+  return {};
+}
+
+}  // namespace
+
+CurveFacts curve_facts(const Vec& t, const Vec& y, double final) {
+  CurveFacts f;
+  f.final = final;
+  Index at = 0;
+  const double sign = final < 0 ? -1 : 1;
+  (sign * y).maxCoeff(&at);
+  f.peak = y[at];
+  f.peak_time = t[at];
+  if (std::fabs(final) < 1e-12) return f;
+  const Vec scaled_y = y / final;
+  const auto low = crossing(t, scaled_y, 0.1), high = crossing(t, scaled_y, 0.9);
+  if (low && high) f.rise_time = *high - *low;
+  f.overshoot = std::max(0.0, 100 * (scaled_y[at] - 1));
+  if (*f.overshoot < 1e-7) f.overshoot = 0;
+  for (Index k = t.size(); k-- > 0;)
+    if (std::fabs(scaled_y[k] - 1) > 0.02) {
+      if (k + 1 < t.size()) {
+        const double a = std::fabs(scaled_y[k] - 1), b = std::fabs(scaled_y[k + 1] - 1);
+        f.settling_time = t[k] + (t[k + 1] - t[k]) * (a > b ? (a - 0.02) / (a - b) : 1);
+      }
+      break;
+    }
+  if (!f.settling_time && std::fabs(scaled_y[0] - 1) <= 0.02) f.settling_time = t[0];
+  return f;
+}
+
+}  // namespace pendula::lti
