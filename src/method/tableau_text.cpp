@@ -27,6 +27,9 @@ class EntryParser {
 
  private:
   static constexpr int deepest = 100;
+  static constexpr std::string_view root = "√";
+
+  bool at_root() { return text_.compare(skip(), root.size(), root) == 0; }
 
   std::size_t skip() {
     while (at_ < text_.size() && std::isspace(static_cast<unsigned char>(text_[at_]))) ++at_;
@@ -66,6 +69,8 @@ class EntryParser {
         value = value * power();
       else if (accept('/'))
         value = value / power();
+      else if (at_root())  // 2√3
+        value = value * power();
       else
         return value;
     }
@@ -84,6 +89,10 @@ class EntryParser {
       const Expr value = sum();
       if (!accept(')')) fail("')'");
       return value;
+    }
+    if (at_root()) {
+      at_ += root.size();
+      return make(Op::sqrt, atom());
     }
     if (at_ < text_.size() && std::isalpha(static_cast<unsigned char>(text_[at_]))) return named();
     return number();
@@ -126,6 +135,21 @@ class EntryParser {
   int depth_ = 0;
 };
 
+/// "1/4", "-", "√3/6" are one entry, as it is printed: a sign alone is none.
+std::vector<std::string> joined_at_signs(const std::vector<std::string>& words) {
+  std::vector<std::string> result;
+  bool goes_on = false;
+  for (const std::string& word : words) {
+    const bool sign = word == "-" || word == "+";
+    if ((sign || goes_on) && !result.empty())
+      result.back() += word;
+    else
+      result.push_back(word);
+    goes_on = sign;
+  }
+  return result;
+}
+
 /// Splits at blanks that are outside parentheses.
 std::vector<std::string> split_entries(const std::string& line) {
   std::vector<std::string> result(1);
@@ -139,7 +163,7 @@ std::vector<std::string> split_entries(const std::string& line) {
       result.emplace_back();
   }
   if (result.back().empty()) result.pop_back();
-  return result;
+  return joined_at_signs(result);
 }
 
 struct Line {
@@ -159,6 +183,8 @@ std::vector<Line> split_lines(const std::string& drawing) {
     }
     if (content.find_first_not_of(" \t\r-+|=") == std::string::npos) continue;
     const std::size_t bar = content.find('|');
+    const bool title = bar == std::string::npos && content.find(':') != std::string::npos;
+    if (title && lines.empty()) continue;  // "rk4: 4 stages, order 4, explicit", as a tableau is printed
     if (bar == std::string::npos || content.find('|', bar + 1) != std::string::npos) {
       throw Error(text("line ", number, " needs one '|' between c and the row of A: '", content, "'"));
     }

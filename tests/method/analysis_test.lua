@@ -293,3 +293,14 @@ test("coefficients beyond the range of doubles are refused", function()
   end
   expect(#tostring(rk.collocation { 1e-300, 1/3 }:stability()) > 0):is_true()
 end)
+
+test("a tableau can be read as it is printed", function()
+  for _, rule in ipairs { rk.gauss(2), rk.gauss(3), rk.kutta38, rk.lobatto("IIIC", 3), rk.dopri5, rk.sdirk2 } do
+    local read = tableau(tostring(rule))
+    expect(read.A == rule.A and read.b == rule.b and read.c == rule.c):is_true()
+    expect(read:order()):equals(rule:order())
+  end
+  expect(tableau("1/2 - √3/6 | 1/4 1/4-2√3/12 \n 1/2+√(3)/6 | 1/4 + sqrt(3)/6 1/4 \n | 1/2 1/2"):order()):equals(4)
+  expect(function() tableau "0 |\n 1/2 | 1/2 -\n | 0 1" end):fails "line 2: '1/2-' is not a number"
+  expect(function() tableau "0 |\n 1/2 | 1/2\n | 0 √" end):fails "line 3"
+end)

@@ -56,7 +56,7 @@ std::string elsewhere(const std::string& key, const std::vector<std::string>& kn
       hints = text(" That belongs to init: start = sys:init{ ", word, " = { … } }.");
   if (hints.empty() && is_option("fix") && is_option("guess"))
     hints = text(" A value at the start stands in fix = { ", unknown[0], " = 1 }.");
-  if (hints.empty() && starts)
+  if (hints.empty() && starts && is_option("to"))
     hints = text(
         " An initial value stands in start = { ", unknown[0], " = 1 }",
         is_option("params") ? text(", the value of a parameter in params = { ", unknown[0], " = 1 }") : "",
