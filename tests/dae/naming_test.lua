@@ -66,3 +66,16 @@ test("a state whose derivative alone stands in the equations has a declared star
   local fall = dae { der(h) ~ s, der(s) ~ -9.81, start = { h_fall = 2 }, guess = { s_fall = 1 } }
   expect(fall:init { fix = { s_fall = 0 } }(h)):equals(2)
 end)
+
+test("units and words stand in the ledger, of derivatives too", function()
+  local h = var("height_h", { unit = "m", text = "height" })
+  local v, a = var("speed_v", { unit = "m/s" }), var("force_a", { unit = "N" })
+  local sys = dae { der(h) ~ v, der(v) ~ -h, a ~ 2*v.dot }
+  local ledger = tostring(sys:init { fix = { [h] = 1, [v] = 0 } }:ledger())
+  for _, line in ipairs { "height_h +1  m +fixed +height\n", "height_h′ +0  m/s +computed\n",
+    "speed_v′ +%-1  m/s² +computed", "force_a +%-2  N +computed" } do expect(ledger):matches(line) end
+  expect(h.ddot.label):equals "height_h″ [m/s²]"
+  expect(v.ddot.label):equals "speed_v″ [m/s³]"
+  local x = var "no_unit"
+  expect(tostring(dae { der(x) ~ -x }:init { fix = { [x] = 1 } }:ledger())):matches "no_unit +1  fixed\n"
+end)

@@ -35,6 +35,22 @@ const char* word(Origin origin) {
 
 namespace {
 
+/// Name, value, unit, where the value is from, and the words given with the symbol; columns without entries are left out.
+std::string values_text(const std::vector<LedgerRow>& rows) {
+  const bool units =
+      std::any_of(rows.begin(), rows.end(), [](const auto& r) { return !unit_text(r.leaf).empty(); });
+  Table table(units ? std::vector<bool>{false, true, false, false, false}
+                    : std::vector<bool>{false, true, false, false});
+  for (const LedgerRow& row : rows) {
+    std::vector<std::string> cells{to_text(row.leaf), rounded(row.value)};
+    if (units) cells.push_back(unit_text(row.leaf));
+    cells.push_back(word(row.origin));
+    cells.push_back(symbol_of(row.leaf).order == 0 ? symbol_of(row.leaf).label : "");
+    table.row(cells);
+  }
+  return table.str(2);
+}
+
 bool is_derivative_of_unknown(const Model& model, Expr leaf) {
   const Symbol& s = symbol_of(leaf);
   return s.order > 0 && std::any_of(model.variables.begin(), model.variables.end(),
@@ -114,9 +130,7 @@ std::string ConsistentState::ledger() const {
                                       [&](const auto& c) { return beside_terms(c) < 1e-9; });
   std::string out = text(consistent ? "consistent" : "inconsistent", " start at t = ", rounded(t), ": ", free,
                          free == 1 ? " free initial value" : " free initial values", "\n");
-  Table table({false, true, false});
-  for (const LedgerRow& row : rows) table.row({to_text(row.leaf), rounded(row.value), word(row.origin)});
-  out += table.str(2);
+  out += values_text(rows);
   if (lost) out += lost_text() + "\n";
   if (!moved.empty()) {
     out += "moved onto the constraints\n";

@@ -120,4 +120,19 @@ std::string matrix_to_text(const MatX& m, const PrintOptions& options) {
   return options.latex ? bmatrix(cells) : grid(cells);
 }
 
+std::string unit_text(Expr leaf) {
+  const Symbol& s = symbol_of(leaf);
+  if (s.order == 0) return s.unit;
+  std::string unit = symbol_of(s.base).unit;
+  int seconds = s.order;
+  for (const auto& [ending, power] : {std::pair{"/s", 1}, {"/s^2", 2}, {"/s²", 2}})
+    if (unit.ends_with(ending) && !unit.empty()) {
+      unit.resize(unit.size() - std::string_view(ending).size());
+      seconds += power;
+      break;
+    }
+  if (unit.empty()) return "";
+  return unit + "/s" + (seconds == 1 ? "" : superscript(seconds));
+}
+
 }  // namespace pendula

@@ -50,4 +50,7 @@ std::string matrix_to_text(const MatX& m, const PrintOptions& options = default_
 /// Cost: linear in the nodes of e, in time and in length.
 std::string to_code(Expr e);
 
+/// The unit of a leaf as it was declared, of a derivative by time per second: "m/s", "m/s²"; "" without one.
+std::string unit_text(Expr leaf);
+
 }  // namespace pendula

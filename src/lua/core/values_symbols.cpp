@@ -339,7 +339,8 @@ std::string label_of(Expr e) {
   const Symbol& s = symbol_of(e);
   const bool of_part = s.name.find('.') != std::string::npos;  // every capacitor has a "voltage"
   const std::string words = s.label.empty() || of_part ? to_text(e) : s.label;
-  return s.unit.empty() ? words : text(words, " [", s.unit, "]");
+  const std::string unit = unit_text(e);
+  return unit.empty() ? words : text(words, " [", unit, "]");
 }
 
 namespace {
