@@ -152,7 +152,8 @@ test("an exact solution that is none is named", function()
   study.exact = exp(-2*t)
   local good = tostring(converge(decay, study))
   expect(good:find "apart" or good:find "exact a"):equals(nil)
-  for name, instead in pairs { radau = "rk.radau(3)", bdf = "bdf(3)", gauss = "rk.gauss(3)", rodas = "rtol" } do
+  local instead_of = { radau = "rk.radau(3)", bdf = "bdf(3)", gauss = "rk.gauss(3)", rodas = "rtol" }
+  for name, instead in pairs(instead_of) do
     study.methods = { name }
     expect(function() converge(decay, study) end):fails(instead)
   end

@@ -300,7 +300,8 @@ test("a tableau can be read as it is printed", function()
     expect(read.A == rule.A and read.b == rule.b and read.c == rule.c):is_true()
     expect(read:order()):equals(rule:order())
   end
-  expect(tableau("1/2 - √3/6 | 1/4 1/4-2√3/12 \n 1/2+√(3)/6 | 1/4 + sqrt(3)/6 1/4 \n | 1/2 1/2"):order()):equals(4)
+  local gauss = "1/2 - √3/6 | 1/4 1/4-2√3/12 \n 1/2+√(3)/6 | 1/4 + sqrt(3)/6 1/4 \n | 1/2 1/2"
+  expect(tableau(gauss):order()):equals(4)
   expect(function() tableau "0 |\n 1/2 | 1/2 -\n | 0 1" end):fails "line 2: '1/2-' is not a number"
   expect(function() tableau "0 |\n 1/2 | 1/2\n | 0 √" end):fails "line 3"
 end)
