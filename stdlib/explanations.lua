@@ -32,6 +32,12 @@ local function section(title, text)
   end
 end
 
+-- What is laid out already: tables, sentences of a given width.
+local function laid_out(title, text)
+  say(title)
+  for line in (tostring(text) .. "\n"):gmatch "(.-)\n" do say(line == "" and "" or "  " .. line) end
+end
+
 -- ── models ─────────────────────────────────────────────────────────────────────────────────────────────────
 
 local forms = {
@@ -208,6 +214,6 @@ return function(...)
   if not kind then return help(value) end
   if member_of(value, "explain") then return value:explain() end
   section("what it is", kind)
-  section("result", member_of(value, "report") and tostring(value:report()) or tostring(value))
+  laid_out("result", member_of(value, "report") and tostring(value:report()) or tostring(value))
   say('help "' .. kind .. '" lists what it answers')
 end

@@ -195,3 +195,12 @@ test("an unknown inside one function is solved for, the others as parameters: tw
   local s = solve({ sqrt(h1 + h2) ~ 3, h1 - h2 ~ 1 }, { h1, h2 })
   expect(s[1][h1]):equals(5)
 end)
+
+test("names in one side of an equation only", function()
+  local x, y = vars "x y"
+  expect(subs(x^2 ~ y, { x = 2 })):equals(4 ~ y)
+  expect(subs(y ~ x^2, { x = 2 })):equals(y ~ 4)
+  local p = var("p", 2)
+  expect(subs(p ~ vec { x, y }, { p = { 1, x }, y = 3 })):equals(vec { 1, x } ~ vec { x, 3 })
+  expect(function() return subs(x ~ y, { q = 1 }) end):fails "unknown symbol 'q'"
+end)

@@ -295,7 +295,8 @@ test("coefficients beyond the range of doubles are refused", function()
 end)
 
 test("a tableau can be read as it is printed", function()
-  for _, rule in ipairs { rk.gauss(2), rk.gauss(3), rk.kutta38, rk.lobatto("IIIC", 3), rk.dopri5, rk.sdirk2 } do
+  local rules = { rk.gauss(2), rk.gauss(3), rk.kutta38, rk.lobatto("IIIC", 3), rk.dopri5, rk.sdirk2 }
+  for _, rule in ipairs(rules) do
     local read = tableau(tostring(rule))
     expect(read.A == rule.A and read.b == rule.b and read.c == rule.c):is_true()
     expect(read:order()):equals(rule:order())

@@ -7,6 +7,7 @@
 #include <memory>
 #include <sstream>
 
+#include "base/counted.hpp"
 #include "base/error.hpp"
 #include "base/files/draft.hpp"
 #include "base/text.hpp"
@@ -175,7 +176,7 @@ FileColumns parse_table(const std::string& content, const std::string& path) {
     if (words.size() == table.names.size() + 1 && words.back().empty())
       words.pop_back();  // trailing separator
     if (words.size() != table.names.size())
-      throw Error(text(path, ":", lines.number[row], ": ", words.size(), " values, but ",
+      throw Error(text(path, ":", lines.number[row], ": ", counted(words.size(), "value"), ", but ",
                        header ? "the header names " : "the first line has ", table.names.size(),
                        separator == ',' && words.size() > table.names.size()
                            ? " (decimal commas need semicolons between the values)"

@@ -1,6 +1,7 @@
 // Why data do not determine the parameters of a model, in words.
 #include <cmath>
 
+#include "base/counted.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "sysid/data/excitation.hpp"
@@ -77,7 +78,9 @@ std::vector<std::string> why_not_identifiable(const IdData& d, const PolyModel& 
     else
       out.push_back("the inputs depend on each other; excite them independently");
   }
-  if (m.left_out > 0) out.push_back(text(m.left_out, " rows are left out because of missing samples"));
+  if (m.left_out > 0)
+    out.push_back(text(counted(m.left_out, "row"), m.left_out == 1 ? " is" : " are",
+                       " left out because of missing samples"));
   return out;
 }
 

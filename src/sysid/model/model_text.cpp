@@ -1,6 +1,7 @@
 // A model as users of identification toolboxes expect to read it.
 #include <cmath>
 
+#include "base/counted.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "sysid/model/model.hpp"
@@ -47,7 +48,7 @@ std::string head(const PolyModel& m) {
     out += "\n";
   }
   if (!m.noise.empty()) out += text("  ", m.noise, ", ln L = ", rounded(m.log_likelihood, 7), "\n");
-  if (m.left_out > 0) out += text("  ", m.left_out, " rows left out: a sample is missing in them\n");
+  if (m.left_out > 0) out += text("  ", counted(m.left_out, "row"), " left out, where samples are missing\n");
   return out;
 }
 

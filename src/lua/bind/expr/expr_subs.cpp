@@ -153,7 +153,16 @@ int push_substituted(Call& call) {
     const auto replaced = substitute(entries(m), replacements);
     return MatX(Eigen::Map<const MatX>(replaced.data(), m.rows(), m.cols()));
   };
-  return each(call, replace);
+  if (!call.is<Equation>(1)) return each(call, replace);
+  // Both sides at once: a name need be in one of them only.
+  Equation equation = call.object<Equation>(1, "equation");
+  MatX &left = equation.lhs, &right = equation.rhs;
+  MatX both(left.size() + right.size(), 1);
+  both << left.reshaped(), right.reshaped();
+  const MatX replaced = replace(both);
+  left.reshaped() = replaced.topRows(left.size());
+  right.reshaped() = replaced.bottomRows(right.size());
+  return push_equation(call.L, std::move(equation));
 }
 
 }  // namespace pendula::lua

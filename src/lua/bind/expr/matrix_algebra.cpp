@@ -8,22 +8,11 @@
 #include "expr/rewrite/rewrite.hpp"
 #include "lti/exponential.hpp"
 #include "lua/bind/expr/expr.hpp"
-#include "lua/bind/lti/lti.hpp"
+#include "lua/bind/expr/matrix_algebra.hpp"
 #include "lua/core/library.hpp"
 #include "lua/core/objects.hpp"
 
 namespace pendula::lua {
-
-/// eig(A): eigenvalues, exact where they could be, and right eigenvectors in doubles.
-struct Eigenvalues {
-  linalg::Eigensystem numeric;
-  std::optional<std::vector<linalg::Eigenvalue>> exact;
-  bool real() const { return numeric.im.isZero(0); }
-};
-template <>
-struct TypeName<Eigenvalues> {
-  static constexpr const char* value = "eigenvalues";
-};
 
 namespace {
 
@@ -40,7 +29,9 @@ Value square_matrix(Call& call, int i) {
           return true;
       },
       a);
-  if (!square) throw Error(text("the matrix must be square, not a ", shape(a)));
+  if (!square)
+    throw Error(text("the matrix must be square, not a ", shape(a),
+                     call.count() > 1 ? "; least squares are lsq(A, b)" : ""));
   return a;
 }
 
@@ -271,14 +262,6 @@ int count_of(Call& call) {
   return call.push(static_cast<long>(call.object<Eigenvalues>(1, "eigenvalues").numeric.re.size()));
 }
 
-int eigenvalue(Call& call) {
-  const auto& e = call.object<Eigenvalues>(1, "eigenvalues");
-  const long i = call.integer(2, "index"), n = static_cast<long>(e.numeric.re.size());
-  if (i < 1 || i > n) throw Error(text("there is no eigenvalue number ", i, ": the matrix has ", n));
-  if (e.exact) return push_complex(call.L, {(*e.exact)[i - 1].re, (*e.exact)[i - 1].im});
-  return push_complex(call.L, {Expr(e.numeric.re[i - 1]), Expr(e.numeric.im[i - 1])});
-}
-
 int eigenvalues_to_string(Call& call) {
   const auto& e = call.object<Eigenvalues>(1, "eigenvalues");
   std::vector<std::string> list;
@@ -337,10 +320,6 @@ extern const Module algebra_module = {
         {"eigenvalues#vectors_im", vectors_im, "eig(A).vectors_im",
          "The imaginary parts of the eigenvectors."},
         {"eigenvalues:__len", count_of, "#eig(A)", "How many there are."},
-        {"eigenvalues:__index", eigenvalue, "eig(A)[i]", "A number, or complex with .re and .im.", R"(
-             e = eig{{0, 1}, {-4, 0}}
-             e[1], e[2].im)",
-         "-2 i 2"},
         {"eigenvalues:__tostring", eigenvalues_to_string, "tostring(eig(A))",
          "The list, a ± b i where complex."},
     }};

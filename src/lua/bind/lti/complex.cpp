@@ -5,6 +5,7 @@
 #include "base/text.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
+#include "lua/bind/expr/matrix_algebra.hpp"
 #include "lua/bind/lti/lti.hpp"
 #include "lua/core/objects.hpp"
 
@@ -191,6 +192,14 @@ int item(Call& call) {
   return push_complex(call.L, list[i - 1]);
 }
 
+int eigenvalue(Call& call) {
+  const auto& e = call.object<Eigenvalues>(1, "eigenvalues");
+  const long i = call.integer(2, "index"), n = static_cast<long>(e.numeric.re.size());
+  if (i < 1 || i > n) throw Error(text("there is no eigenvalue number ", i, ": the matrix has ", n));
+  if (e.exact) return push_complex(call.L, {(*e.exact)[i - 1].re, (*e.exact)[i - 1].im});
+  return push_complex(call.L, {Expr(e.numeric.re[i - 1]), Expr(e.numeric.im[i - 1])});
+}
+
 std::string times(int multiplicity) {
   return multiplicity == 1 ? "" : multiplicity == 2 ? " (twice)" : text(" (", multiplicity, " times)");
 }
@@ -242,6 +251,10 @@ extern const Module complex_module = {
              p = tf({1}, {1, 2, 5}):poles()
              p[1].re, p[1].im)",
          "-1 -2"},
+        {"eigenvalues:__index", eigenvalue, "eig(A)[i]", "A number, or complex with .re and .im.", R"(
+             e = eig{{0, 1}, {-4, 0}}
+             e[1], e[2].im)",
+         "-2 i 2"},
         {"roots:__tostring", roots_text, "print(G:poles())", "The list; a ± b i are two."},
     }};
 
