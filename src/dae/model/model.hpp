@@ -78,7 +78,7 @@ struct SingularityCondition {
 enum class DriftLaw {
   none,  ///< not at all: they are equations of the model, or the solution is projected onto them
   polynomial,  ///< C⁽ᵈ⁾ = 0 is imposed: C(t) = Σ C⁽ᵏ⁾(0) tᵏ/k!, k < d; for mechanisms a straight line
-  decay  ///< a stable linear equation in C is imposed: what is off decays
+  decay  ///< C′ + αC = 0, C″ + 2αC′ + β²C = 0 or (d/dt + α)ᵏC = 0 is imposed: what is off decays
 };
 
 /// Conditions that a solution is moved back onto after every step: the smallest change of `unknowns`, in the
@@ -118,6 +118,7 @@ struct ModelAttributes {
   Substitution relations;          ///< leaf that is no unknown here -> expression in unknowns of this model
   std::vector<Constraint> invariants;   ///< conditions on the start that the equations no longer impose
   DriftLaw drift = DriftLaw::none;      ///< of the invariants
+  std::vector<Expr> decay;              ///< α and β of DriftLaw::decay, numbers or made of parameters
   std::vector<Projection> projections;  ///< form "project": for the integrator, after every step
   std::optional<Mechanics> mechanics;
   ModelPtr dependent;  ///< of independent(): with all constraints; elsewhere others may have to be kept

@@ -333,6 +333,7 @@ ModelPtr reduce_baumgarte(const ModelPtr& model, const ReduceOptions& request) {
   ModelOptions options = child_of(low);
   options.form = "baumgarte";
   options.drift = DriftLaw::decay;
+  options.decay = {g.alpha, g.beta};
   declare_unknowns(options, *low);
   std::vector<Block> blocks = low->blocks;
   for (const Chain& chain : list) {

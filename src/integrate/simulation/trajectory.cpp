@@ -127,13 +127,13 @@ Vec Trajectory::values(std::span<const Expr> expressions, double t) const {
 /// The model's invariants, one chain C, C′, … per equation they came from; else its own constraints.
 std::vector<Invariant> Trajectory::invariants() const {
   std::vector<Invariant> result;
-  const auto add = [&](const dae::Constraint& c, bool polynomial) {
-    result.push_back({c.label, resolved(std::span(&c.residual, 1)), polynomial});
+  const auto add = [&](const dae::Constraint& c, dae::DriftLaw law) {
+    result.push_back({c.label, resolved(std::span(&c.residual, 1)), law, model_->decay});
   };
   for (const dae::Constraint& c : model_->invariants) {
     if (c.derivative != 0) continue;
-    add(c, model_->drift == dae::DriftLaw::polynomial);
-    if (model_->drift != dae::DriftLaw::polynomial) continue;
+    add(c, model_->drift);
+    if (model_->drift == dae::DriftLaw::none) continue;
     for (int k = 1;; ++k) {
       const auto next =
           std::find_if(model_->invariants.begin(), model_->invariants.end(), [&](const dae::Constraint& d) {
@@ -147,7 +147,7 @@ std::vector<Invariant> Trajectory::invariants() const {
   const bool chosen = chooses_states(*model_);  // its equations are those of the model and their derivatives
   const dae::ModelPtr source = chosen ? dae::original(model_) : model_;
   for (const dae::Constraint& c : dae::hidden_constraints_by_offsets(*source, dae::analyse(*source)))
-    add(c, false);
+    add(c, dae::DriftLaw::none);
   return result;
 }
 

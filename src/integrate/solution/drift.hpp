@@ -4,12 +4,14 @@
 //
 //     C(t) = Σ_{k<d} C⁽ᵏ⁾(0) tᵏ/k!        (d = 2, mechanisms: the straight line C(0) + t C′(0))
 //
-// The difference between the solution and that polynomial is due to the integrator.
+// Form "baumgarte" imposes C″ + 2α C′ + β² C = 0 (C′ + αC = 0; (d/dt + α)ᵏ C = 0): what is off at the start decays.
+// The difference between the solution and the law is due to the integrator.
 #pragma once
 
 #include <string>
 #include <vector>
 
+#include "dae/model/model.hpp"
 #include "integrate/solution/solution.hpp"
 
 namespace pendula::integrate {
@@ -18,7 +20,9 @@ namespace pendula::integrate {
 struct Invariant {
   std::string label;        ///< "C₁"
   std::vector<Expr> chain;  ///< C, C′, …, C⁽ᵈ⁻¹⁾ in leaves of the solution's problem
-  bool polynomial = true;   ///< the law above; false: C = 0 is imposed (or nothing is known) and chain is {C}
+  dae::DriftLaw law =
+      dae::DriftLaw::polynomial;  ///< none: C = 0 is imposed (or nothing is known), chain is {C}
+  std::vector<Expr> decay;        ///< α and β
 };
 
 enum class Verdict { kept, inconsistent_start, numerical, both };
@@ -32,7 +36,7 @@ struct DriftRow {
   double predicted_max = 0;
   double remainder = 0;  ///< max |C(t) - law|: numerical
   double largest = 0;    ///< max |C(t)|
-  bool polynomial = true;
+  dae::DriftLaw law = dae::DriftLaw::polynomial;
   Verdict verdict = Verdict::kept;
 };
 

@@ -238,3 +238,32 @@ test("tableaus from drawings, doubles and expressions are the same", function()
     expect(tab.A):near(rk.gauss(2).A, 0)
   end
 end)
+
+test("drift knows how form baumgarte lets an inconsistent start decay", function()
+  local q, gain = var("q", 2), param("gain", 4)
+  local pendulum = lagrange { q = q, T = q.dot.T * q.dot / 2, V = 9.81 * q[2], C = { (q.T * q - 1) / 2 } }
+  local C, start = (q.T * q - 1) / 2, { [q] = { 0.66, -0.8 }, [q.dot] = { 0.1, 0 } }
+  for _, gains in ipairs { { 5, 5 }, { 5, 3 }, { 3, 5 }, { gain, gain } } do
+    local low = pendulum:reduce("baumgarte", { alpha = gains[1], beta = gains[2] })
+    local sol = low:integrate { start = start, to = 1, rtol = 1e-10, atol = 1e-10,
+      params = gains[1] == gain and { gain = 2 } or nil }
+    local drift = sol:drift()
+    expect(drift[1].line):near(sol(C, 1), 1e-9)
+    expect(drift[1].numerical < 1e-9):is_true()
+    expect(drift[1].verdict):equals "inconsistent start"
+    expect(tostring(drift)):matches "imposes C″ %+ 2α C′ %+ β² C = 0, so C decays"
+  end
+  local y, z, w, x = vars "y z w x"
+  local chains = { { der(x) ~ z }, { der(x) ~ y, der(y) ~ z }, { der(x) ~ y, der(y) ~ w, der(w) ~ z } }
+  for k, chain in ipairs(chains) do
+    chain[#chain + 1] = 0 ~ x - sin(t)
+    local values = { { x = 0.1 }, { x = 0.1, y = 1.3 }, { x = 0.1, y = 1.3, w = -0.2 } }
+    local low = dae(chain):reduce("baumgarte", { alpha = 2 })
+    local sol = low:integrate { start = values[k], to = 1, rtol = 1e-10, atol = 1e-10 }
+    expect(sol:drift()[1].line):near(sol(x - sin(t), 1), 1e-9)
+    expect(sol:drift()[1].verdict):equals "inconsistent start"
+  end
+  start = { [q] = { 0.6, -0.8 }, [q.dot] = { 0, 0 } }
+  local kept = pendulum:reduce "baumgarte":integrate { start = start, to = 2 }
+  expect(kept:drift()[1].verdict):equals "kept"
+end)
