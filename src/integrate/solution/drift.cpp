@@ -85,15 +85,17 @@ DriftRow measure(const Invariant& invariant, const std::vector<double>& t, const
     const double value = values(static_cast<Eigen::Index>(i), 0);
     row.predicted = law;
     row.predicted_max = std::max(row.predicted_max, std::fabs(law));
-    row.remainder = std::max(row.remainder, std::fabs(value - law));
+    if (start_holds || i > 0 || row.law != dae::DriftLaw::none)  // a projection works from the first step on
+      row.remainder = std::max(row.remainder, std::fabs(value - law));
     row.largest = std::max(row.largest, std::fabs(value));
   }
   const bool drifts = row.remainder > visible * row.scale;
-  const bool off = !start_holds && invariant.law != dae::DriftLaw::none;
-  row.verdict = off && row.remainder > 0.1 * row.predicted_max ? Verdict::both
-                : off                                          ? Verdict::inconsistent_start
-                : drifts                                       ? Verdict::numerical
-                                                               : Verdict::kept;
+  const bool off = !start_holds;
+  const double least = row.law == dae::DriftLaw::none ? visible * row.scale : 0.1 * row.predicted_max;
+  row.verdict = off && row.remainder > least ? Verdict::both
+                : off                        ? Verdict::inconsistent_start
+                : drifts                     ? Verdict::numerical
+                                             : Verdict::kept;
   return row;
 }
 
@@ -140,6 +142,10 @@ std::string sentence(const DriftRow& row) {
                         below(row.largest, row))
                  : text("the constraint is kept: |", row.label, "| stays below ", below(row.largest, row));
     case Verdict::inconsistent_start:
+      if (row.law == dae::DriftLaw::none)
+        return text("inconsistent start, ", broken_conditions(row),
+                    ": from the first step on the constraint is kept: |", row.label, "| stays below ",
+                    below(row.remainder, row));
       return text("inconsistent start, ", broken_conditions(row), ": ", law_in_words(row),
                   ", whatever the accuracy; the numerical part is below ", below(row.remainder, row));
     case Verdict::numerical:

@@ -265,6 +265,11 @@ test("drift knows how form baumgarte lets an inconsistent start decay", function
     expect(sol:drift()[1].line):near(sol(x - sin(t), 1), 1e-9)
     expect(sol:drift()[1].verdict):equals "inconsistent start"
   end
+  local projected = pendulum:reduce "project"
+  local off = projected:init { fix = start, consistent = false }
+  local drift = projected:integrate { start = off, to = 1, rtol = 1e-9, atol = 1e-9 }:drift()
+  expect(drift.verdict):equals "inconsistent start"
+  expect(tostring(drift)):matches "from the first step on the constraint is kept"
   start = { [q] = { 0.6, -0.8 }, [q.dot] = { 0, 0 } }
   local kept = pendulum:reduce "baumgarte":integrate { start = start, to = 2 }
   expect(kept:drift()[1].verdict):equals "kept"

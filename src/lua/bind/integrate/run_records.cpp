@@ -110,8 +110,8 @@ extern const Module run_records_module = {
 return sol:stats().steps > 1)",
          "true"},
         {"solution:drift", drift, "sol:drift() -> drift",
-         R"(For each constraint C(0), C′(0), the straight line that an inconsistent start causes, the
-            numerical part, and the verdict in words.)",
+         R"(For each constraint C(0), C′(0), the straight line or the decay that an inconsistent start
+            causes, the numerical part, and the verdict in words.)",
          R"(x, y, z = vars "x y z"
 sol = dae{ der(x) ~ y, der(y) ~ z, 0 ~ x - sin(t) }:reduce "project":integrate{ start = {}, to = 1 }
 return sol:drift())",
