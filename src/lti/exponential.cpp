@@ -195,6 +195,16 @@ VecX particular(const MatX& A, const VecX& b, const dae::ForcingGroup& g) {
   return x;
 }
 
+/// The terms of an input in closed form.
+std::vector<dae::ForcingGroup> groups_of(Expr u) {
+  Expr culprit;
+  const auto terms = dae::forcing_of(u, &culprit);
+  if (!terms)
+    throw Error(text("the input ", pendula::to_text(culprit),
+                     " is not a polynomial, exponential, sine or cosine of t; use lsim(G, u, t) for it"));
+  return dae::grouped(*terms);
+}
+
 VecX symbolic_solution(const System& g, const VecX& x0, const VecX& u) {
   const Expr t = time_symbol();
   const auto Phi = transition(g.ss.A, t);
@@ -203,15 +213,8 @@ VecX symbolic_solution(const System& g, const VecX& x0, const VecX& u) {
         "e^{At} of this symbolic matrix has no closed form here; give values "
         "with G:with{ … }, or simulate with lsim(G, u, t)");
   VecX x_p = VecX::Zero(g.ss.order());
-  for (int j = 0; j < g.inputs; ++j) {
-    Expr culprit;
-    const auto terms = dae::forcing_of(u[j], &culprit);
-    if (!terms)
-      throw Error(text("the input ", pendula::to_text(culprit),
-                       " is not a polynomial, exponential, sine or cosine of t; use lsim(G, u, t) for it"));
-    for (const dae::ForcingGroup& group : dae::grouped(*terms))
-      x_p += particular(g.ss.A, g.ss.B.col(j), group);
-  }
+  for (int j = 0; j < g.inputs; ++j)
+    for (const dae::ForcingGroup& group : groups_of(u[j])) x_p += particular(g.ss.A, g.ss.B.col(j), group);
   const VecX at_zero = tidy(MatX(column(substitute(entries(x_p), {{t, 0}}))));
   return tidy(MatX(product(*Phi, MatX(x0 - at_zero)) + x_p));
 }
@@ -230,6 +233,7 @@ VecX solution(const System& given, const VecX& x0, const VecX& u) {
     throw Error(text("u has ", u.size(), u.size() == 1 ? " entry" : " entries", " for ", g.inputs,
                      g.inputs == 1 ? " input" : " inputs"));
   if (n == 0) return VecX(0);
+  for (Expr input : u) groups_of(input);  // what has no closed form is refused
   if (field(g.ss.A) == Field::symbolic) {
     const std::vector<Expr> all = entries(g);
     const auto symbols = leaves(all);

@@ -434,7 +434,7 @@ test("sizes and forms that do not fit are named", function()
   fails(function() ss({{-1}}, {1}):initial { 1, 2 } end, "x0 has 2 entries for 1 state")
   fails(function() ss{ A = {{-1}}, states = "h" }:initial { g = 1 } end, "there is no state 'g'")
   fails(function() ss({{-1}}, {1}):solution({ 1 }, { 1/t }) end,
-    "is not a polynomial, exponential, sine or cosine of t")
+    "is not a polynomial, exponential, sine or cosine of t; use lsim(G, u, t)")
   fails(function() ss({{-1}}, {1}):solution({ 1 }, { var "w1" }) end, "u must not depend on w₁")
   fails(function() margin(ss(eye(2), eye(2))) end, "margins are for one input and one output")
   fails(function() tf({1}, {1, 1}):bode { -1 } end, "frequencies are not negative")
