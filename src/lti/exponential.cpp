@@ -219,6 +219,66 @@ VecX symbolic_solution(const System& g, const VecX& x0, const VecX& u) {
   return tidy(MatX(product(*Phi, MatX(x0 - at_zero)) + x_p));
 }
 
+/// Of numbers, π and what is made of them.
+bool is_number(Expr e) {
+  const std::vector<Expr> inside = leaves({&e, 1});
+  return std::all_of(inside.begin(), inside.end(),
+                     [](Expr x) { return symbol_of(x).kind == Kind::constant; });
+}
+
+/// Where inputs switch: the c > 0 of conditions lt(t, c), ascending; nothing without ifelse, or where it asks for
+/// something else.
+std::optional<std::vector<Expr>> switching_times(const VecX& u) {
+  std::vector<Expr> times;
+  bool switches = false;
+  for (Expr node : topological(entries(u))) {
+    switches = switches || node.op() == Op::ifelse;
+    if (node.op() != Op::lt && node.op() != Op::le) continue;
+    const Expr a = node.operand(0), b = node.operand(1), c = a == time_symbol() ? b : a;
+    if ((a != time_symbol() && b != time_symbol()) || !is_number(c)) return {};
+    if (number(c) > 0 && std::find(times.begin(), times.end(), c) == times.end()) times.push_back(c);
+  }
+  if (!switches) return {};
+  std::sort(times.begin(), times.end(), [](Expr a, Expr b) { return number(a) < number(b); });
+  return times;
+}
+
+/// u where its conditions are what they are at t = `inside`.
+VecX branch_at(VecX u, double inside) {
+  for (;;) {
+    Substitution chosen;
+    for (Expr node : topological(entries(u)))
+      if (node.op() == Op::ifelse)
+        chosen[node] = evaluate({&node.operands()[0], 1}, {{time_symbol(), inside}})[0] != 0
+                           ? node.operand(1)
+                           : node.operand(2);
+    if (chosen.empty()) return u;
+    u = column(substitute(entries(u), chosen));
+  }
+}
+
+/// From one switching time to the next, each piece from the end of the one before.
+VecX solution_by_pieces(const System& g, VecX start, const VecX& u, const std::vector<Expr>& times) {
+  const Expr t = time_symbol();
+  std::vector<VecX> pieces;
+  Expr from;
+  for (std::size_t k = 0; k <= times.size(); ++k) {
+    const double begin = number(from);
+    const double inside = k < times.size() ? (begin + number(times[k])) / 2 : begin + 1;
+    const VecX forcing = column(substitute(entries(branch_at(u, inside)), {{t, t + from}}));
+    const VecX x = solution(g, start, forcing);
+    pieces.push_back(column(substitute(entries(x), {{t, t - from}})));
+    if (k == times.size()) break;
+    start = tidy(MatX(column(substitute(entries(x), {{t, times[k] - from}}))));
+    from = times[k];
+  }
+  VecX all = pieces.back();
+  for (std::size_t k = times.size(); k-- > 0;)
+    for (Index i = 0; i < all.size(); ++i)
+      all[i] = make(Op::ifelse, make(Op::lt, t, times[k]), pieces[k][i], all[i]);
+  return all;
+}
+
 }  // namespace
 
 VecX solution(const System& given, const VecX& x0, const VecX& u) {
@@ -233,6 +293,7 @@ VecX solution(const System& given, const VecX& x0, const VecX& u) {
     throw Error(text("u has ", u.size(), u.size() == 1 ? " entry" : " entries", " for ", g.inputs,
                      g.inputs == 1 ? " input" : " inputs"));
   if (n == 0) return VecX(0);
+  if (const auto times = switching_times(u)) return solution_by_pieces(g, x0, u, *times);
   for (Expr input : u) groups_of(input);  // what has no closed form is refused
   if (field(g.ss.A) == Field::symbolic) {
     const std::vector<Expr> all = entries(g);

@@ -127,3 +127,22 @@ test("errors name what is wrong", function()
   fails(function() crest_factor { 0, 0 } end, "the signal is zero")
   fails(function() excitation_order({ 1, 2, 3 }, 0) end, "limit must lie between 1 and 1000")
 end)
+
+test("solution: inputs that switch at given times, against the pieces by hand and a simulation", function()
+  local G = ss({ { -1 } }, { { 1 } }, { { 1 } }, { { 0 } })
+  local x = G:solution({ 0 }, { ifelse(lt(t, 1), 1, 0) })[1]
+  expect(evaluate(x, { t = 0.4 })):near(1 - math.exp(-0.4), 1e-14)
+  expect(evaluate(x, { t = 3 })):near((math.exp(1) - 1)*math.exp(-3), 1e-14)
+  expect(G:solution({ 2 }, { ifelse(lt(t, 0), 7, 0) })[1]):equals(2*exp(-t))
+  local A, b = { { 0, 1 }, { -4, -1 } }, { 0, 1 }
+  local u = ifelse(all(gt(t, 0.5), le(t, 1.25)), 1 + t, ifelse(lt(t, 2), -1, sin(t)))
+  local H = ss(A, b, eye(2), zeros(2, 1))
+  local exact = H:solution({ 1, -1 }, { u })
+  local p, v = vars "p v"
+  local sol = dae { der(p) ~ v, der(v) ~ -4*p - v + u } :integrate { start = { p = 1, v = -1 }, to = 3,
+    rtol = 1e-11, atol = 1e-12 }
+  for _, time in ipairs { 0.25, 0.75, 1.5, 1.99, 3 } do
+    expect(evaluate(exact, { t = time })):near(sol(vec { p, v }, time), 1e-8)
+  end
+  expect(function() G:solution({ 0 }, { ifelse(lt(t^2, 2), 1, 0) }) end):fails "use lsim(G, u, t)"
+end)
