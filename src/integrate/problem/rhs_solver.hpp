@@ -33,6 +33,7 @@ class RhsSolver {
   bool settle(Point& point);
   std::string reason() const;
   bool is_linear() const { return linear_; }
+  bool has_constant_matrix() const { return constant_; }
   bool is_singular() const { return trouble_ == Trouble::singular || !is_regular(); }
   /// ∂F/∂(x′, z) was well away from singular, in any units of the unknowns, where it was last factorised.
   bool is_regular() const {

@@ -17,11 +17,11 @@ void MethodSelector::start(const Point& point) {
                                        : Choice{method_.family, method_.tableau, ""};
   method_.tableau = choice.tableau;
   rival_ = choice.rival;
+  use(*choice.family, point, choice.why);
   // What has been counted is kept until the run has turned out to be one of the hardest: first steps are small, and of
   // BDF many.
   constexpr double hardest = 3;  // usual_radau_steps()
-  look_.next = std::max(look_.next, std::lround(hardest * rival_.usual_steps));
-  use(*choice.family, point, choice.why);
+  forecast_.wait_until(std::lround(hardest * rival_.usual_steps));
 }
 
 void MethodSelector::use(const MethodFamily& family, const Point& point, const std::string& why) {
@@ -33,6 +33,23 @@ void MethodSelector::use(const MethodFamily& family, const Point& point, const s
   state_.solution->set_method(name_, 0);
   if (!why.empty()) state_.solution->add_method({point.t, stepper.name(), why});
   state_.reached = point.t;
+  begin_counting();
+}
+
+/// Of what the method in use takes.
+void MethodSelector::begin_counting() {
+  // explicit steps for one implicit step, where accuracy limits both: docs/performance.md
+  constexpr double of_rosenbrock = 0.4, of_radau = 1.5;
+  const long steps = state_.stats().steps;
+  if (!is_automatic()) return;
+  steady_.begin();
+  if (state_.stepper().is_explicit()) {
+    past_.begin = steps;
+    trial_.next = trial_.favourable = 0;
+    return;
+  }
+  if (!explicit_) explicit_ = explicit_work(state_.problem, method_, state_.plan);
+  forecast_.begin({steps, work()}, family_ == &family::rosenbrock ? of_rosenbrock : of_radau);
 }
 
 void MethodSelector::renew() {
@@ -49,15 +66,22 @@ void MethodSelector::change(const MethodFamily& family, double dt, const std::st
   state_.plan.dt_first = first;
 }
 
+/// Where the method in use fails, one of the other kind may go on: radau for an explicit one, and an explicit one where it
+/// has been in use before.
 void MethodSelector::step() {
+  constexpr int most_rescues = 3;
   try {
     return state_.stepper().step(state_.end);
   } catch (const Failure& failure) {
-    if (!is_automatic() || !state_.stepper().is_explicit()) throw;
+    const bool was_explicit = state_.stepper().is_explicit();
+    if (!is_automatic() || !(was_explicit || (method_.tableau && rescues_++ < most_rescues))) throw;
     const std::string reason = failure.what(), name = name_;
     const std::size_t uses = state_.solution->methods_in_use().size();
     try {
-      change(family::radau, 0, "the explicit method could not go on");
+      if (was_explicit)
+        change(family::radau, 0, "the explicit method could not go on");
+      else
+        change(family::explicit_pair, 0, "the implicit method could not go on");
       state_.stepper().step(state_.end);
     } catch (const Failure&) {
       state_.solution->keep_methods(uses);
@@ -70,22 +94,37 @@ void MethodSelector::step() {
 
 void MethodSelector::change_if_it_pays() {
   if (!is_automatic() || state_.problem->has_dense_jacobian()) return;
+  steady_.add(state_.stepper().here().t - state_.stepper().before().t);
   if (!state_.stepper().is_explicit())
     leave_implicit();
   else if (state_.stepper().is_stiff())
     leave_explicit();
-  else if (past_.compare_at > 0)
+  else if (!past_.is_judged)
     judge_change();
+  else
+    try_implicit();
 }
 
 double MethodSelector::work() {
   const Stats& s = state_.stats();
-  // an evaluation, and a stage's share of a solution
-  const int passes = state_.stepper().is_explicit() ? 1 : 2;
+  const bool is_explicit = state_.stepper().is_explicit();
+  if (rival_.family) {
+    const double step = is_explicit ? rival_.explicit_step : rival_.implicit_step;
+    return static_cast<double>(s.steps + s.rejected) * step / rival_.explicit_step;
+  }
+  const int passes = is_explicit ? 1 : 2;  // an evaluation, and a stage's share of a solution
   const double factorisation = implicit_cost(state_.problem->n() + state_.problem->m());
-  return static_cast<double>(passes * s.evaluations + s.newton_iterations + s.jacobians) +
-         factorisation * static_cast<double>(s.factorisations);
+  const double all = static_cast<double>(passes * s.evaluations + s.newton_iterations + s.jacobians) +
+                     factorisation * static_cast<double>(s.factorisations);
+  return all / explicit_->step;
 }
+
+const MethodFamily& MethodSelector::implicit() const {
+  if (rival_.family) return *rival_.family;
+  return is_lasting_ ? family::radau : implicit_family(*state_.problem, method_, state_.plan);
+}
+
+double MethodSelector::left() const { return state_.plan.to - state_.stepper().here().t; }
 
 void MethodSelector::leave_explicit() {
   constexpr double clearly = 2;
@@ -95,67 +134,115 @@ void MethodSelector::leave_explicit() {
   const Problem& problem = *state_.problem;
   double next = state_.stepper().next_dt();
   if (rival_.family) next = std::max(next, state_.stepper().here().t - state_.stepper().before().t);
-  const MethodFamily& implicit =
-      rival_.family ? *rival_.family : implicit_family(problem, method_, state_.plan);
+  if (is_known_to_cost_less(next)) return;
   const double worth = rival_.family ? clearly * rival_.worth_explicit_steps()
-                                     : (&implicit == &family::rosenbrock ? share : 1) *
-                                           worth_explicit_steps(implicit, problem.n() + problem.m());
-  if (state_.plan.to - state_.stepper().here().t < worth * next) return;
-  look_ = {state_.stats().steps + look_.apart, look_.apart, 0};
-  change(implicit, next, "stiff: stability, not accuracy, limited the steps");
+                                     : (&implicit() == &family::rosenbrock ? share : 1) *
+                                           worth_explicit_steps(implicit(), problem.n() + problem.m());
+  if (left() < worth * next) return;
+  if (past_.per_time > 0) forecast_.ask_for_more();
+  change(implicit(), next, "stiff: stability, not accuracy, limited the steps");
+}
+
+/// Explicit steps that stability limits to dt may yet be less work than implicit ones were: a slow part of a relaxation
+/// oscillation. If they go on, it is no part.
+bool MethodSelector::is_known_to_cost_less(double dt) {
+  constexpr double clearly = 1.5;
+  constexpr long one_stretch = 25;  // steps
+  const long steps = state_.stats().steps;
+  if (past_.per_time == 0 || (past_.stayed > 0 && steps - past_.stayed < one_stretch)) return false;
+  if (clearly * past_.per_time * dt < 1) return false;
+  past_.stayed = steps;
+  state_.stepper().look_anew_for_stiffness();
+  return true;
 }
 
 /// Eigenvalues tell the steps that stability allows, not those that accuracy asks for, nor what z costs in each of them:
-/// an explicit method that has turned out to be more work than the implicit one before is left again.
+/// an explicit method that has turned out to be more work than the implicit one before is left again. Where the latter
+/// was in a slow part of a relaxation oscillation, a jump may take more.
 void MethodSelector::judge_change() {
-  constexpr double clearly = 1.2;
+  constexpr double clearly = 1.2, jump = 40;  // explicit steps
+  constexpr long first = 5, enough = 15;      // steps
+  constexpr double stretches = 4;             // as long as the one before
   const long steps = state_.stats().steps;
-  if (steps == past_.begin_at) {
+  if (steps <= past_.begin + first) {
     past_.t = state_.stepper().here().t;
     past_.work = work();
   }
-  if (steps < past_.compare_at) return;
-  past_.compare_at = 0;
+  if (steps < past_.begin + first + enough) return;
   const double elapsed = state_.stepper().here().t - past_.t;
-  if (work() - past_.work <= clearly * past_.per_time * elapsed) return;
-  look_.apart = 4 * look_.apart;
-  look_ = {state_.stats().steps + look_.apart, look_.apart, 0};
-  change(implicit_family(*state_.problem, method_, state_.plan), past_.dt,
+  if (work() - past_.work <= clearly * past_.per_time * elapsed + jump) {
+    past_.is_judged = elapsed > stretches * past_.span;
+    return;
+  }
+  forecast_.ask_for_more();
+  change(implicit(), past_.dt,
          "the explicit method takes more work: its steps are too short, or z costs too much in each");
 }
 
-/// Eigenvalues are looked at seldom, and twice, some steps apart: where a relaxation oscillation jumps it is not stiff
-/// for a moment. Every change makes the next one less likely.
+/// Accuracy may keep explicit steps well inside the region of stability where fast modes follow what moves slowly (HW
+/// §IV.15): nothing but a trial shows that implicit ones would be longer.
+void MethodSelector::try_implicit() {
+  constexpr double many = 150, dominant = 0.9, growing = 0.25, least = 0.3;
+  constexpr long again = 12, later = 160;  // steps
+  constexpr int looks = 4;
+  const long steps = state_.stats().steps - past_.begin;
+  if (rival_.family || state_.plan.modes > 0 || steady_.count() < trial_.first || steps < trial_.next) return;
+  const double dt = steady_.mean();
+  trial_.next = steps + later;
+  const bool is_known = past_.per_time > 0 && past_.per_time * dt > 1;  // implicit ones were more work
+  if (is_known || !may_become_explicit() || left() < many * dt) return;
+  Stats unused;
+  RhsSolver derivative(state_.problem, unused);
+  Point at = state_.stepper().here();
+  if (!derivative(at.t, at.x.data(), at.xdot.data(), at.z.data()) || !derivative.is_regular()) return;
+  const auto now = rates(derivative, at);
+  const bool decays = now && now->damped >= dominant * now->fastest && now->growing <= growing * now->damped;
+  trial_.favourable = decays && now->damped * dt >= least ? trial_.favourable + 1 : 0;
+  if (trial_.favourable > 0) trial_.next = steps + again;
+  if (trial_.favourable < looks) return;
+  trial_.first *= 8;
+  forecast_.learn(now->fastest * dt);
+  change(implicit(), dt, "modes that decay fast keep the explicit steps short: implicit ones are tried");
+  forecast_.put_on_trial();
+}
+
 void MethodSelector::leave_implicit() {
-  constexpr long few = 10, seldom = 400, first = 5, enough = 20;  // steps
-  constexpr double worth = 50;                                    // steps that remain
   const long steps = state_.stats().steps;
-  if (steps < look_.next) return;
-  const bool high_index = std::any_of(state_.plan.variable_index.begin(), state_.plan.variable_index.end(),
-                                      [](int i) { return i > 1; });
-  if (high_index || couplings_ || method_.explicit_choice.empty() || state_.problem->n() == 0) return;
   const Point& here = state_.stepper().here();
   const double dt = here.t - state_.stepper().before().t;
-  if (state_.plan.to - here.t < worth * dt ||
-      !is_cheaper_explicit(state_.problem, here, dt, *family_, rival_)) {
-    look_.apart = std::min(2 * look_.apart, seldom);
-    look_.next = steps + look_.apart;
-    look_.favourable = 0;
-    return;
+  forecast_.step(dt);
+  if (would_raise_order()) {
+    is_lasting_ = true;
+    return change(family::radau, dt, "the steps are many and alike: a higher order takes fewer");
   }
-  look_.next = steps + few;
-  if (++look_.favourable < 2) {
-    past_.t = here.t;
-    past_.work = work();
-    return;
-  }
-  look_.apart = 4 * look_.apart;
-  past_.per_time = (work() - past_.work) / (here.t - past_.t);
+  if (!forecast_.is_due(steps) || !may_become_explicit()) return;
+  forecast_.look(state_.problem, here, {steps, work()});
+  if (forecast_.is_less_work(left())) become_explicit(dt);
+}
+
+/// Many steps of a Rosenbrock method on a small model have been alike, and more are left.
+bool MethodSelector::would_raise_order() const {
+  constexpr long enough = 60;
+  constexpr double many = 100;
+  return family_ == &family::rosenbrock && !rival_.family && !couplings_ && steady_.count() >= enough &&
+         left() >= many * steady_.mean() && pays_to_raise_order(state_.plan);
+}
+
+bool MethodSelector::may_become_explicit() const {
+  const auto& index = state_.plan.variable_index;
+  return !couplings_ && !method_.explicit_choice.empty() && state_.problem->n() > 0 &&
+         !(explicit_ && explicit_->costs_more) &&
+         std::none_of(index.begin(), index.end(), [](int i) { return i > 1; });
+}
+
+void MethodSelector::become_explicit(double dt) {
+  past_ = {};
+  past_.per_time = forecast_.implicit_work_per_time();
+  past_.span = forecast_.time();
   past_.dt = dt;
-  past_.begin_at = steps + first;
-  past_.compare_at = rival_.family ? 0 : steps + enough;
+  past_.is_judged = false;
   method_.tableau = rival_.family ? method_.explicit_choice.back() : explicit_pair_for(method_, state_.plan);
-  change(family::explicit_pair, 0, "no longer stiff: eigenvalues of ∂x′/∂x are small beside 1/(step size)");
+  change(family::explicit_pair, 0, "explicit steps of the size that stability allows would take less work");
 }
 
 }  // namespace pendula::integrate

@@ -1,11 +1,14 @@
 // The method of an adaptive run: chosen at the start, changed where another one becomes cheaper.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "integrate/problem/active_subsystem.hpp"
 #include "integrate/run/adaptive_state.hpp"
+#include "integrate/run/explicit_forecast.hpp"
 #include "integrate/run/methods.hpp"
+#include "integrate/run/steady_steps.hpp"
 
 namespace pendula::integrate {
 
@@ -18,20 +21,30 @@ class MethodSelector {
   void start(const Point& point);
   /// The method in use, for the state's problem, which has changed. It has to begin at a point then.
   void renew();
-  /// One step; where "auto" has chosen an explicit method that cannot go on, an implicit one may.
+  /// One step; where the method that "auto" has chosen cannot go on, one of the other kind may.
   void step();
-  /// Explicit → implicit where stiffness begins, and back where it ends, when it pays: many more steps of this size
-  /// would follow.
+  /// Explicit → implicit where stiffness begins, and back where explicit steps would be less work, when it pays: many
+  /// more steps of this size would follow. docs/derivations.md#choice-of-the-method
   void change_if_it_pays();
 
  private:
   bool is_automatic() const { return !method_.family; }
   void use(const MethodFamily& family, const Point& point, const std::string& why);
   void change(const MethodFamily& family, double dt, const std::string& why);
+  void begin_counting();
   void leave_explicit();
   void leave_implicit();
   void judge_change();
-  /// Passes over the nonzeros of the equations so far, a factorisation counting as several.
+  void try_implicit();
+  bool is_known_to_cost_less(double dt);
+  bool would_raise_order() const;
+  bool may_become_explicit() const;
+  void become_explicit(double dt);
+  /// For what is stiff from here on.
+  const MethodFamily& implicit() const;
+  double left() const;
+  /// Of the method in use so far, in explicit steps: passes over the nonzeros of the equations, a factorisation counting
+  /// as several; of large models counted in advance.
   double work();
 
   AdaptiveState& state_;
@@ -39,18 +52,25 @@ class MethodSelector {
   std::shared_ptr<const DependencyGraph> couplings_;  ///< of a large model
   const MethodFamily* family_ = nullptr;              ///< in use
   std::string name_;                                  ///< of all methods so far
-  /// Looks at the stiffness of an implicit method's steps: the next one, steps between two, favourable in a row.
+  Rival rival_;                                       ///< where the work of steps was counted
+  std::optional<ExplicitWork> explicit_;              ///< known where an implicit method has been used
+  ExplicitForecast forecast_;
+  SteadySteps steady_;       ///< of the method in use
+  int rescues_ = 0;          ///< steps of an implicit method that failed, and an explicit one went on
+  bool is_lasting_ = false;  ///< steps of a Rosenbrock method turned out to be many
+  /// The explicit method in use, and what the implicit one before has cost.
   struct {
-    long next = 25, apart = 25, favourable = 0;
-  } look_;
-  /// Where the work of steps was counted.
-  Rival rival_;
-  /// What an implicit method has cost, until the explicit one that follows has been compared with it.
-  struct {
-    double t = 0, work = 0;             ///< where counting began
-    double per_time = 0, dt = 0;        ///< the implicit method's work, and its last step
-    long begin_at = 0, compare_at = 0;  ///< steps: first ones are small; 0: nothing to compare
+    long begin = 0;                         ///< steps
+    double t = 0, work = 0;                 ///< where counting began: first steps are small
+    double per_time = 0, span = 0, dt = 0;  ///< the implicit method's work, over which stretch, its last step
+    long stayed = 0;                        ///< when stiffness was seen last and was not worth a change
+    bool is_judged = true;
   } past_;
+  /// Looks at whether an implicit method is worth a trial: steps since the explicit one began.
+  struct {
+    long first = 40, next = 0;
+    int favourable = 0;  ///< in a row
+  } trial_;
 };
 
 }  // namespace pendula::integrate

@@ -213,6 +213,8 @@ const MethodFamily& implicit_family(const Problem& problem, const Method& method
   return suits ? family::rosenbrock : family::radau;
 }
 
+bool pays_to_raise_order(const Plan& plan) { return tightest(plan) < 2e-4; }
+
 double worth_explicit_steps(const MethodFamily& implicit, int unknowns) {
   const double fewest = &implicit == &family::rosenbrock ? 30 : 15;
   return fewest * cost_of_step(implicit) * implicit_cost(unknowns);
@@ -393,25 +395,15 @@ Choice choose(const ProblemPtr& whole, const Method& method, const Plan& plan, c
           "explicit: not stiff at the start, order for this tolerance"};
 }
 
-bool is_cheaper_explicit(const ProblemPtr& problem, const Point& at, double dt, const MethodFamily& implicit,
-                         const Rival& rival) {
-  constexpr double stability = 3;  // |hλ| of the explicit pairs
-  constexpr double clearly = 2;
+ExplicitWork explicit_work(const ProblemPtr& problem, const Method& method, const Plan& plan) {
+  if (method.explicit_choice.empty()) return {};
+  const double stages = explicit_pair_for(method, plan)->stages();
+  if (problem->is_ode()) return {stages};
+  constexpr double solving = 2, factorising = 4;  // passes
   Stats unused;
-  RhsSolver derivative(problem, unused);
-  Point here = at;
-  if (!derivative(here.t, here.x.data(), here.xdot.data(), here.z.data()) || !derivative.is_regular())
-    return false;
-  const int unknowns = problem->n() + problem->m();
-  if (!derivative.is_linear() && iterated_stages_cost_more(unknowns)) return false;
-  const auto now = rates(derivative, here);
-  if (!now) return false;
-  if (rival.family)
-    return now->growing < now->damped &&
-           clearly * now->fastest * dt * rival.explicit_step < stability_limit * rival.implicit_step;
-  const double cost =
-      cost_of_step(implicit) * implicit_cost(unknowns) / (derivative.is_linear() ? 1 : iterating);
-  return clearly * now->fastest * dt < stability * cost;
+  const RhsSolver derivative(problem, unused);
+  if (derivative.is_linear()) return {(derivative.has_constant_matrix() ? solving : factorising) * stages};
+  return {iterating * stages, iterated_stages_cost_more(problem->n() + problem->m())};
 }
 
 }  // namespace pendula::integrate

@@ -67,6 +67,10 @@ double worth_explicit_steps(const MethodFamily& implicit, int unknowns);
 /// The implicit family that "auto" takes for a stiff model: Radau IIA, or Rosenbrock where that is faster.
 const MethodFamily& implicit_family(const Problem& problem, const Method& method, const Plan& plan);
 
+/// Whether Radau IIA takes less work than a Rosenbrock method where steps are many and alike. Measured:
+/// docs/performance.md.
+bool pays_to_raise_order(const Plan& plan);
+
 /// The counted work (step_work.hpp) of a step of an implicit method and of the explicit pair, whose steps stability
 /// limits. Without a family: not counted.
 struct Rival {
@@ -88,9 +92,11 @@ Choice choose(const ProblemPtr& problem, const Method& method, const Plan& plan,
 
 /// The explicit pair that "auto" takes for these tolerances.
 TableauPtr explicit_pair_for(const Method& method, const Plan& plan);
-/// Whether steps of an explicit pair, of the size that stability allows at this point, would clearly cost less than
-/// implicit ones of length dt. cost: that of rates() (step/spectrum.hpp).
-bool is_cheaper_explicit(const ProblemPtr& problem, const Point& at, double dt, const MethodFamily& implicit,
-                         const Rival& rival);
+/// A step of that pair where implicit steps are counted by passes over the nonzeros of the equations.
+struct ExplicitWork {
+  double step = 1;          ///< evaluations, and more where every stage solves for z or iterates
+  bool costs_more = false;  ///< in any case than an implicit step
+};
+ExplicitWork explicit_work(const ProblemPtr& problem, const Method& method, const Plan& plan);
 
 }  // namespace pendula::integrate

@@ -24,6 +24,7 @@ class ExplicitStepper final : public Stepper {
   TableauPtr tableau(const StepView&) const override { return tableau_; }
   void interpolate(const StepView& step, double t, Detail detail, Point& out) override;
   bool is_stiff() const override { return Controller::is_stiff(control_); }
+  void look_anew_for_stiffness() override { control_.hits = control_.calm = 0; }
   bool is_explicit() const override { return true; }
 
  private:

@@ -109,4 +109,27 @@ std::optional<Rates> rates(RhsSolver& derivative, const Point& at, double harmle
   return found;
 }
 
+std::optional<double> SpectralRadius::at(RhsSolver& derivative, const Point& at) {
+  constexpr double fresh = 0.1;
+  const Eigen::Index n = at.x.size();
+  const Vec any =
+      Vec::NullaryExpr(n, [](Eigen::Index i) { return 1 + 0.5 * std::cos(1.7 * i); }).normalized();
+  const bool begins = direction_.size() != n;
+  if (begins) direction_ = any;
+  // what the last point has left may be a mode that no other one is coupled to, and slow by now
+  direction_ += fresh * any;
+  const ScaledJacobian J(derivative, at);
+  double radius = 0;
+  for (int k = 0; k < (begins ? 4 : 2); ++k) {
+    direction_.normalize();
+    const auto ahead = J(direction_);
+    if (!ahead) return {};
+    radius = ahead->norm();
+    if (!(radius > 0)) break;
+    direction_ = *ahead;
+  }
+  direction_.normalize();
+  return radius;
+}
+
 }  // namespace pendula::integrate

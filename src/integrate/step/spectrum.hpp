@@ -26,4 +26,17 @@ struct Rates {
 ///           then all three are that norm
 std::optional<Rates> rates(RhsSolver& derivative, const Point& at, double harmless = 0);
 
+/// The largest |λ| along a solution by the power method, which goes on where the last point has left it (Sommeijer,
+/// Shampine & Verwer, ibid. §3.2): rates() for much less. Too small by some ten percent where it has not converged; of a
+/// complex pair it swings about |λ|.
+class SpectralRadius {
+ public:
+  /// requires  x′ of `at` follows from its t and x
+  /// cost      four evaluations of x′ at the first point, then two
+  std::optional<double> at(RhsSolver& derivative, const Point& at);
+
+ private:
+  Vec direction_;
+};
+
 }  // namespace pendula::integrate

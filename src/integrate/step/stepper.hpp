@@ -76,6 +76,8 @@ class Stepper {
   virtual bool is_explicit() const { return false; }
   /// Since the last start, the step size was limited by stability rather than accuracy.
   virtual bool is_stiff() const { return false; }
+  /// Stiffness that has been seen is judged to be worth it; from here on it is looked for anew.
+  virtual void look_anew_for_stiffness() {}
   /// The first step after the next start; 0: chosen.
   void suggest(double dt) { limits_.dt_first = dt; }
   /// The step size it would try next.

@@ -1,0 +1,66 @@
+// What an explicit pair would take in the place of an implicit method, forecast along the solution while that one runs.
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+#include "integrate/step/spectrum.hpp"
+
+namespace pendula::integrate {
+
+/// Compared are a stretch of the solution and the steps on it: the implicit ones as they were, explicit ones as many as
+/// stability asks for, |λ| being measured every few steps, and at least as many as accuracy does, which follow from the
+/// implicit ones. The stretch begins anew where steps are longer than all before, which say nothing of those to come then, and where
+/// explicit steps would be far too many. Derivation: docs/derivations.md#choice-of-the-method.
+class ExplicitForecast {
+ public:
+  /// Of the run so far; work in steps of the explicit pair.
+  struct Progress {
+    long steps = 0;
+    double work = 0;
+  };
+
+  /// An implicit method begins. accurate: explicit steps for each of its own where accuracy limits both.
+  void begin(const Progress& now, double accurate);
+  /// After every step.
+  void step(double dt);
+  bool is_due(long steps) const { return steps >= next_; }
+  void wait_until(long steps) { next_ = std::max(next_, steps); }
+  void look(const ProblemPtr& problem, const Point& here, const Progress& now);
+
+  /// Would explicit steps be less work from here on, as on the stretch? left: time.
+  bool is_less_work(double left);
+
+  double time() const { return time_; }
+  double implicit_work_per_time() const { return spent_ / time_; }
+
+  /// A change has turned out wrong: the next one takes a longer stretch.
+  void ask_for_more() { enough_ *= 8; }
+  /// What explicit steps have settled at: |λ| h.
+  void learn(double settled) { settled_ = std::min(settled_, settled); }
+  /// The implicit method is on trial: with no more work than the explicit one before it is kept.
+  void put_on_trial() { on_trial_ = true; }
+  bool is_on_trial() const { return on_trial_; }
+
+ private:
+  std::optional<double> radius_at(const ProblemPtr& problem, const Point& here);
+  void restart();
+  void forget();
+
+  Stats unused_;
+  ProblemPtr problem_;
+  std::unique_ptr<RhsSolver> derivative_;
+  SpectralRadius spectrum_;
+  std::optional<double> radius_;  ///< at the last look
+  double settled_ = 3, accurate_ = 1;
+  long next_ = 0, apart_ = 0, enough_ = 16;  ///< steps
+  bool on_trial_ = false, has_grown_ = false;
+  double longest_ = 0;  ///< step so far
+  Progress last_;       ///< look
+  double t_ = 0;
+  double time_ = 0, steps_ = 0, spent_ = 0;  ///< the stretch: explicit steps, work of the implicit ones
+  long implicit_ = 0;
+};
+
+}  // namespace pendula::integrate
