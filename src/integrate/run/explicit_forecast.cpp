@@ -5,13 +5,12 @@
 
 namespace pendula::integrate {
 
-static constexpr long few = 4, seldom = 32;  // steps between two looks
-
-void ExplicitForecast::begin(const Progress& now, double accurate) {
+void ExplicitForecast::begin(const Progress& now, double accurate, long apart) {
   accurate_ = accurate;
+  few_ = apart;
   last_ = now;
-  apart_ = few;
-  next_ = now.steps + few;
+  apart_ = few_;
+  next_ = now.steps + few_;
   on_trial_ = has_grown_ = false;
   longest_ = 0;
   radius_.reset();
@@ -51,7 +50,7 @@ std::optional<double> ExplicitForecast::radius_at(const ProblemPtr& problem, con
 
 void ExplicitForecast::look(const ProblemPtr& problem, const Point& here, const Progress& now) {
   constexpr double hopeless = 4;
-  constexpr long long_stretch = 64;
+  constexpr long long_stretch = 64, seldom = 32;
   const long steps = now.steps - last_.steps;
   const double elapsed = here.t - t_, work = now.work - last_.work;
   const bool begins = !radius_;
@@ -69,7 +68,7 @@ void ExplicitForecast::look(const ProblemPtr& problem, const Point& here, const 
     steps_ += std::max(stable, accurate);
     spent_ += work;
     implicit_ += steps;
-    apart_ = implicit_ < enough_ ? few : std::min(2 * apart_, seldom);
+    apart_ = implicit_ < enough_ ? few_ : std::min(2 * apart_, seldom);
     if (implicit_ > std::max(long_stretch, 2 * enough_)) forget();
   }
   if (begins || has_grown_) {

@@ -21,8 +21,9 @@ class ExplicitForecast {
     double work = 0;
   };
 
-  /// An implicit method begins. accurate: explicit steps for each of its own where accuracy limits both.
-  void begin(const Progress& now, double accurate);
+  /// An implicit method begins. accurate: explicit steps for each of its own where accuracy limits both. apart: steps
+  /// between two looks, at the least.
+  void begin(const Progress& now, double accurate, long apart);
   /// After every step.
   void step(double dt);
   bool is_due(long steps) const { return steps >= next_; }
@@ -54,7 +55,7 @@ class ExplicitForecast {
   SpectralRadius spectrum_;
   std::optional<double> radius_;  ///< at the last look
   double settled_ = 3, accurate_ = 1;
-  long next_ = 0, apart_ = 0, enough_ = 16;  ///< steps
+  long next_ = 0, apart_ = 0, few_ = 0, enough_ = 16;  ///< steps
   bool on_trial_ = false, has_grown_ = false;
   double longest_ = 0;  ///< step so far
   Progress last_;       ///< look

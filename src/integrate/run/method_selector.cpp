@@ -6,6 +6,7 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "integrate/run/methods.hpp"
+#include "integrate/run/step_work.hpp"
 
 namespace pendula::integrate {
 
@@ -49,7 +50,10 @@ void MethodSelector::begin_counting() {
     return;
   }
   if (!explicit_) explicit_ = explicit_work(state_.problem, method_, state_.plan);
-  forecast_.begin({steps, work()}, family_ == &family::rosenbrock ? of_rosenbrock : of_radau);
+  constexpr long often = 4, seldom = 16;  // a look costs some evaluations
+  const bool is_small = state_.problem->n() + state_.problem->m() <= StepWork::small;
+  forecast_.begin({steps, work()}, family_ == &family::rosenbrock ? of_rosenbrock : of_radau,
+                  is_small ? often : seldom);
 }
 
 void MethodSelector::renew() {
@@ -186,6 +190,7 @@ void MethodSelector::try_implicit() {
   constexpr long again = 12, later = 160;  // steps
   constexpr int looks = 4;
   const long steps = state_.stats().steps - past_.begin;
+  if (steady_.count() < trial_.first) trial_.favourable = 0;
   if (rival_.family || state_.plan.modes > 0 || steady_.count() < trial_.first || steps < trial_.next) return;
   const double dt = steady_.mean();
   trial_.next = steps + later;
