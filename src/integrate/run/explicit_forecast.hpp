@@ -42,7 +42,6 @@ class ExplicitForecast {
   void learn(double settled) { settled_ = std::min(settled_, settled); }
   /// The implicit method is on trial: with no more work than the explicit one before it is kept.
   void put_on_trial() { on_trial_ = true; }
-  bool is_on_trial() const { return on_trial_; }
 
  private:
   std::optional<double> radius_at(const ProblemPtr& problem, const Point& here);
