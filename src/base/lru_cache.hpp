@@ -14,6 +14,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/remembered.hpp"
+
 namespace pendula {
 
 /// FNV-1a over the entries of a key made of integers.
@@ -26,23 +28,30 @@ struct WordsHash {
   }
 };
 
-template <class Key, class Value, class Hash = std::hash<Key>>
-class LruCache {
+/// How who finds an answer comes to refer to the expressions in it: by their windows (Origins), which are also those of
+/// whoever put it in; or because the finder touches them, where there are any besides those in the key.
+enum class Refers { by_windows, by_touch };
+
+template <class Key, class Value, class Hash = std::hash<Key>, Refers refers = Refers::by_windows>
+class LruCache : public Remembered {
  public:
   explicit LruCache(std::size_t capacity) : capacity_(capacity) {}
+  LruCache(const LruCache&) = delete;  // where_ points into entries_
+  LruCache& operator=(const LruCache&) = delete;
 
   /// The stored value, now the most recently used, or nullptr. Valid until the next insert.
   Value* find(const Key& key) {
     const auto at = where_.find(key);
     if (at == where_.end()) return nullptr;
     entries_.splice(entries_.begin(), entries_, at->second);
+    if constexpr (refers == Refers::by_windows) Origins::add(at->second->origins);
     return &at->second->value;
   }
 
   /// Stores a value in the place of an earlier one of this key.
   Value& insert(const Key& key, Value value, std::size_t size = 1) {
     if (const auto old = where_.find(key); old != where_.end()) remove(old->second);
-    entries_.push_front({key, std::move(value), size});
+    entries_.push_front({key, std::move(value), size, Origins::so_far()});
     where_[key] = entries_.begin();
     total_ += size;
     while (total_ > capacity_ && entries_.size() > 1) remove(std::prev(entries_.end()));
@@ -51,13 +60,22 @@ class LruCache {
 
   std::size_t size() const { return entries_.size(); }
 
+  void clear() {
+    where_.clear();
+    entries_.clear();
+    total_ = 0;
+  }
+
  private:
   struct Entry {
     Key key;
     Value value;
     std::size_t size;
+    Windows origins;  ///< of key and value
   };
   using Place = typename std::list<Entry>::iterator;
+
+  void forget() override { clear(); }
 
   void remove(Place entry) {
     total_ -= entry->size;

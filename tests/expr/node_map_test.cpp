@@ -25,7 +25,7 @@ constexpr int page = 256, many = 400 * page;
 Expr last_node() {
   static const Expr last = [] {
     Expr e = symbol(Kind::variable, "node_map");
-    while (e.id() < many) e = sin(e + Expr(1));
+    while (e.id() < many || e.id() % (page / 2) == 1) e = sin(e + Expr(1));
     return e;
   }();
   return last;

@@ -285,9 +285,8 @@ TEST_CASE("malice: Ctrl-C is not caught by the script") {
 TEST_CASE("memory: a loop of temporaries runs in bounded memory") {
   Session session;
   lua::set_memory_cap(session.L, size_t{64} << 20);
-  CHECK(
-      session("for i = 1, 2e5 do local w = widget(i):scaled(2) end return collectgarbage 'count' < 20000") ==
-      "true");
+  // All of them together would take 134 MB.
+  CHECK(session("for i = 1, 6e5 do local w = widget(i):scaled(2) end return 'done'") == "done");
   CHECK(session("local t = {} while true do t[#t + 1] = ('x'):rep(1 << 20) .. #t end")
             .find("user.lua:1: not enough "
                   "memory (a script may") == 0);

@@ -77,8 +77,8 @@ struct Kernel::Code {
 };
 
 Kernel::Kernel(std::span<const Expr> outputs, std::span<const Expr> inputs, Divisions divisions) {
-  // Nodes are never changed or freed: equal ids mean the same function.
-  static Memory<Code> memory;
+  // Nodes are never changed: equal ids mean the same function.
+  static ProgramCache<Code> memory;
   static std::mutex mutex;
   Key key;
   key.reserve(outputs.size() + inputs.size() + 2);

@@ -214,7 +214,7 @@ Key key_of(int n, const std::vector<StraightLU::Position>& positions, bool compl
 
 struct Plans {
   std::mutex mutex;
-  Memory<const std::vector<StraightLU>> latest;  ///< by pattern, newest first
+  ProgramCache<const std::vector<StraightLU>> latest;  ///< by pattern, newest first
 };
 Plans& plans() {
   static Plans plans;

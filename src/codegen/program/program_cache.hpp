@@ -1,59 +1,32 @@
-// LRU cache of compiled programs; the key is everything that a program depends on.
+// Compiled programs by everything that they depend on. They refer to the expressions in their keys.
 #pragma once
 
 #include <cstdint>
-#include <list>
 #include <memory>
-#include <unordered_map>
 #include <vector>
+
+#include "base/lru_cache.hpp"
 
 namespace pendula::codegen {
 
 using Key = std::vector<std::uint32_t>;
-struct KeyHash {
-  std::size_t operator()(const Key& key) const {
-    std::size_t h = 1469598103934665603ULL;  // FNV-1a over words
-    for (std::uint32_t id : key) h = (h ^ id) * 1099511628211ULL;
-    return h;
-  }
-};
 
-/// The most recently used, up to a total size.
+/// The most recently used, up to a total size in instructions.
 template <class Value>
-class Memory {
+class ProgramCache {
  public:
   std::shared_ptr<Value> find(const Key& key) {
-    const auto at = where_.find(key);
-    if (at == where_.end()) return nullptr;
-    items_.splice(items_.begin(), items_, at->second);
-    return at->second->value;
+    const auto* found = known_.find(key);
+    return found ? *found : nullptr;
   }
-  void add(const Key& key, std::shared_ptr<Value> value, std::size_t size) {
-    constexpr std::size_t most = 1'000'000;  // instructions: some 60 MB
-    constexpr std::size_t entry = 400;       // what else an entry holds, machine code on a page of its own
-    if (const auto old = where_.find(key); old != where_.end()) {
-      total_ -= old->second->size;
-      items_.erase(old->second);
-    }
-    items_.push_front({key, std::move(value), entry + size + key.size()});
-    where_[key] = items_.begin();
-    total_ += items_.front().size;
-    while (total_ > most && items_.size() > 1) {
-      total_ -= items_.back().size;
-      where_.erase(items_.back().key);
-      items_.pop_back();
-    }
+  void add(const Key& key, std::shared_ptr<Value> value, std::size_t instructions) {
+    constexpr std::size_t entry = 400;  // what else an entry holds, machine code on a page of its own
+    known_.insert(key, std::move(value), entry + instructions + key.size());
   }
 
  private:
-  struct Item {
-    Key key;
-    std::shared_ptr<Value> value;
-    std::size_t size;
-  };
-  std::list<Item> items_;
-  std::unordered_map<Key, typename std::list<Item>::iterator, KeyHash> where_;
-  std::size_t total_ = 0;
+  static constexpr std::size_t most = 1'000'000;  // instructions: some 60 MB
+  LruCache<Key, std::shared_ptr<Value>, WordsHash, Refers::by_touch> known_{most};
 };
 
 }  // namespace pendula::codegen

@@ -1,7 +1,6 @@
 #include "dae/reduce/reduce.hpp"
 
 #include <algorithm>
-#include <array>
 #include <memory>
 #include <unordered_set>
 
@@ -69,34 +68,14 @@ std::vector<Entry> top_jacobian(const Model& m) {
 
 namespace {
 
-/// The last answers: models are values, and other forms ask for this one first.
-class ReducedFormCache {
- public:
-  ModelPtr find(const ModelPtr& model) const {
-    for (const auto& [given, low] : last_)
-      if (given.lock() == model) return low.lock();
-    return nullptr;
-  }
-  void keep(const ModelPtr& model, const ModelPtr& low) {
-    last_[next_] = {model, low};
-    next_ = (next_ + 1) % last_.size();
-  }
-
- private:
-  std::array<std::pair<std::weak_ptr<const Model>, std::weak_ptr<const Model>>, 4> last_;
-  std::size_t next_ = 0;
-};
-
 ModelPtr made_acc(const ModelPtr& given);
 
 }  // namespace
 
 ModelPtr reduce_acc(const ModelPtr& given) {
-  static ReducedFormCache known;
-  if (const ModelPtr low = known.find(given)) return low;
-  const ModelPtr low = made_acc(given);
-  known.keep(given, low);
-  return low;
+  static LruCache<ModelPtr, ModelPtr> known(4);  // other forms ask for this one first
+  if (const ModelPtr* low = known.find(given)) return *low;
+  return known.insert(given, made_acc(given));
 }
 
 namespace {

@@ -17,8 +17,11 @@ namespace {
 /// than it helps.
 std::vector<Expr> factors_of(Expr denominator) {
   constexpr std::size_t long_expression = 60, most = 20000;  // nodes; denominators remembered
-  static LruCache<Expr, std::vector<Expr>> known(most);
-  if (const auto* factors = known.find(denominator)) return *factors;
+  static LruCache<Expr, std::vector<Expr>, std::hash<Expr>, Refers::by_touch> known(most);
+  if (const auto* factors = known.find(denominator)) {
+    for (Expr factor : *factors) touch(factor);
+    return *factors;
+  }
   const bool is_long = topological(std::vector{denominator}).size() > long_expression;
   return known.insert(denominator, is_long ? std::vector{denominator} : vanishing_factors(denominator));
 }

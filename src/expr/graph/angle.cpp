@@ -10,25 +10,27 @@ namespace {
 
 Expr root(long n) { return sqrt(Expr(n)); }
 
-/// sin(q π) and tan(q π) for 0 < q < 1/2: all angles whose values are at most a root over a root.
+/// sin(q π) and tan(q π) for 0 < q < 1/2: all angles whose values are at most a root over a root. The values are made
+/// when they are asked for, as expressions do not outlive a call by themselves.
 struct KnownAngle {
   mpq_class half_turns;
-  Expr sine, tangent;
+  Expr (*sine)();
+  Expr (*tangent)();
 };
 
 const std::array<KnownAngle, 11>& known_angles() {
   static const std::array<KnownAngle, 11> angles = {{
-      {mpq_class(1, 12), (root(6) - root(2)) / 4, 2 - root(3)},
-      {mpq_class(1, 10), (root(5) - 1) / 4, sqrt(25 - 10 * root(5)) / 5},
-      {mpq_class(1, 8), sqrt(2 - root(2)) / 2, root(2) - 1},
-      {mpq_class(1, 6), Expr(1) / 2, root(3) / 3},
-      {mpq_class(1, 5), sqrt(10 - 2 * root(5)) / 4, sqrt(5 - 2 * root(5))},
-      {mpq_class(1, 4), root(2) / 2, Expr(1)},
-      {mpq_class(3, 10), (1 + root(5)) / 4, sqrt(25 + 10 * root(5)) / 5},
-      {mpq_class(1, 3), root(3) / 2, root(3)},
-      {mpq_class(3, 8), sqrt(2 + root(2)) / 2, 1 + root(2)},
-      {mpq_class(2, 5), sqrt(10 + 2 * root(5)) / 4, sqrt(5 + 2 * root(5))},
-      {mpq_class(5, 12), (root(6) + root(2)) / 4, 2 + root(3)},
+      {mpq_class(1, 12), [] { return (root(6) - root(2)) / 4; }, [] { return 2 - root(3); }},
+      {mpq_class(1, 10), [] { return (root(5) - 1) / 4; }, [] { return sqrt(25 - 10 * root(5)) / 5; }},
+      {mpq_class(1, 8), [] { return sqrt(2 - root(2)) / 2; }, [] { return root(2) - 1; }},
+      {mpq_class(1, 6), [] { return Expr(1) / 2; }, [] { return root(3) / 3; }},
+      {mpq_class(1, 5), [] { return sqrt(10 - 2 * root(5)) / 4; }, [] { return sqrt(5 - 2 * root(5)); }},
+      {mpq_class(1, 4), [] { return root(2) / 2; }, [] { return Expr(1); }},
+      {mpq_class(3, 10), [] { return (1 + root(5)) / 4; }, [] { return sqrt(25 + 10 * root(5)) / 5; }},
+      {mpq_class(1, 3), [] { return root(3) / 2; }, [] { return root(3); }},
+      {mpq_class(3, 8), [] { return sqrt(2 + root(2)) / 2; }, [] { return 1 + root(2); }},
+      {mpq_class(2, 5), [] { return sqrt(10 + 2 * root(5)) / 4; }, [] { return sqrt(5 + 2 * root(5)); }},
+      {mpq_class(5, 12), [] { return (root(6) + root(2)) / 4; }, [] { return 2 + root(3); }},
   }};
   return angles;
 }
@@ -59,7 +61,7 @@ std::optional<Expr> sine(const mpq_class& half_turns) {
   if (2 * q > 1) q = 1 - q;
   const KnownAngle* angle = find_angle(q);
   if (!angle && q != 0 && 2 * q != 1) return {};
-  const Expr value = angle ? angle->sine : q == 0 ? Expr(0) : Expr(1);
+  const Expr value = angle ? angle->sine() : q == 0 ? Expr(0) : Expr(1);
   return minus ? -value : value;
 }
 
@@ -72,7 +74,7 @@ std::optional<Expr> tangent(const mpq_class& half_turns) {
   if (minus) q = 1 - q;
   const KnownAngle* angle = find_angle(q);
   if (!angle) return {};
-  return minus ? -angle->tangent : angle->tangent;
+  return minus ? -angle->tangent() : angle->tangent();
 }
 
 }  // namespace

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
+#include <cstdint>
 
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
+#include "base/lru_cache.hpp"
 #include "expr/graph/node_map.hpp"
 #include "expr/graph/power_product.hpp"
 #include "expr/graph/solve.hpp"
@@ -231,26 +232,21 @@ static std::vector<Entry> differentiated(std::span<const Expr> f, std::span<cons
   return found;
 }
 
-/// Every call of init and integrate asks for the same Jacobians again: the last ones are kept, oldest out.
-/// Ids of expressions are never used twice.
+/// Every call of init and integrate asks for the same Jacobians again: the last ones are kept.
 std::vector<Entry> sparse_jacobian(std::span<const Expr> f, std::span<const Expr> x) {
-  struct Kept {
-    std::vector<Expr> f, x;
-    std::vector<Entry> entries;
-  };
-  static std::deque<Kept> kept;
-  static std::size_t total = 0;
   constexpr std::size_t few = 10, most = 500'000;  // fewer are not worth it; all together
+  static LruCache<std::vector<std::uint32_t>, std::vector<Entry>, WordsHash, Refers::by_touch> known(most);
   if (f.size() < few) return differentiated(f, x);
-  for (const Kept& k : kept)
-    if (std::ranges::equal(k.f, f) && std::ranges::equal(k.x, x)) return k.entries;
+  std::vector<std::uint32_t> key{static_cast<std::uint32_t>(f.size())};
+  for (const auto list : {f, x})
+    for (Expr e : list) key.push_back(e.id());
+  if (const auto* entries = known.find(key)) {
+    for (const Entry& e : *entries) touch(e.value);
+    return *entries;
+  }
   std::vector<Entry> entries = differentiated(f, x);
   const std::size_t size = f.size() + x.size() + entries.size();
-  if (size > most) return entries;
-  kept.push_back({{f.begin(), f.end()}, {x.begin(), x.end()}, entries});
-  for (total += size; total > most; kept.pop_front())
-    total -= kept.front().f.size() + kept.front().x.size() + kept.front().entries.size();
-  return entries;
+  return size > most ? entries : known.insert(key, std::move(entries), size);
 }
 
 Expr total_derivative(Expr e, int order) {

@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "base/error.hpp"
+#include "base/remembered.hpp"
 #include "base/text.hpp"
 #include "base/utf8.hpp"
 #include "expr/graph/declaration.hpp"
@@ -100,7 +101,7 @@ const OpInfo& info(Op op) {
   static const OpInfo solve = {"solve", 0, Style::named, 0, 0, "solve", "component of a linear system"};
   static const OpInfo call = {"call", 0, Style::named, 0, 0, "call", "unspecified function"};
   if (op == Op::solve || op == Op::call) return op == Op::solve ? solve : call;
-  PENDULA_ASSERT(op >= first_op, "information about a symbol or a constant");
+  PENDULA_ASSERT(op >= first_op && op < end_op, "information about what is no operation");
   return table[static_cast<int>(op) - static_cast<int>(first_op)];
 }
 
@@ -235,17 +236,24 @@ const std::vector<std::string>& vector_names() { return graph().vector_names; }
 
 // ── unspecified functions ──────────────────────────────────────────────────────────────────────────────────
 
-Expr call(const FunctionCall& application) {
-  check_name(application.name);
-  PENDULA_ASSERT(application.partial.size() == application.arguments.size(), "one order per argument");
+static std::string key_of(const FunctionCall& application) {
   std::string key = application.name;
   for (int g : application.groups) key += text('|', g);
   for (std::size_t i = 0; i < application.arguments.size(); ++i)
     key += text(',', application.arguments[i].id(), '^', application.partial[i]);
-  const auto [it, made] = graph().call_ids.try_emplace(key);
+  return key;
+}
+
+Expr call(const FunctionCall& application) {
+  check_name(application.name);
+  PENDULA_ASSERT(application.partial.size() == application.arguments.size(), "one order per argument");
+  const auto [it, made] = graph().call_ids.try_emplace(key_of(application));
   if (made) it->second = graph().leaf(Op::call, graph().calls, application);
+  touch(it->second);
   return it->second;
 }
+
+std::span<const Expr> call_operands(std::uint32_t place) { return graph().calls[place].arguments; }
 
 const FunctionCall& call_of(Expr e) {
   PENDULA_ASSERT(e.op() == Op::call, "not an application of an unspecified function");
@@ -349,6 +357,33 @@ bool depends_on(Expr e, Expr leaf) {
   return false;
 }
 
-std::size_t graph_size() { return graph().nodes.size(); }
+// ── memory ─────────────────────────────────────────────────────────────────────────────────────────────────
+
+std::uint32_t graph_size() { return graph().nodes.size(); }
+std::uint32_t expressions_in_use() { return graph().nodes.in_use(); }
+std::uint16_t expression_window() { return graph().nodes.window(); }
+std::uint32_t begin_window() {
+  graph().nodes.begin_window();
+  return graph_size();
+}
+void touch(Expr e) { graph().nodes.touch(e.id()); }
+
+void give_back(const std::vector<std::uint16_t>& windows, const std::function<void()>& touch_known) {
+  Graph& g = graph();
+  if (!g.nodes.begin_window()) return;
+  Remembered::forget_all();
+  touch_known();
+  for (const auto& [name, leaf] : g.symbol_ids) {
+    touch(leaf);
+    if (const auto& value = symbol_of(leaf).value) touch(*value);
+  }
+  g.nodes.give_back(windows);
+}
+
+void give_back_call(std::uint32_t place) {
+  FunctionCall& gone = graph().calls[place];
+  graph().call_ids.erase(key_of(gone));
+  gone = {};
+}
 
 }  // namespace pendula

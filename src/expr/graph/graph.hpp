@@ -196,6 +196,27 @@ Expr solve_node(std::uint32_t system, std::uint32_t component, Expr head);
 SolveIndex solve_index(Expr e);
 std::span<const Expr> solve_operands(std::uint32_t system);  ///< defined in solve.cpp
 
+std::span<const Expr> call_operands(std::uint32_t place);
+
+// ── memory ─────────────────────────────────────────────────────────────────────────────────────────────────
+// Expressions have no owner. The time of a session is divided into windows, and a node keeps the first and the
+// last one in which it was made or asked for. An object that was made in a window can refer to nodes that were
+// touched in it, to what it was made of (Origins in base/remembered.hpp), and to operands of these. A node that
+// was touched in no window of a living object is given back; its id is not used again.
+
+std::uint32_t graph_size();          ///< nodes ever made: the id of the next one
+std::uint32_t expressions_in_use();  ///< nodes that were not given back
+std::uint16_t expression_window();
+std::uint32_t begin_window();  ///< returns the size of the graph
+/// The expression is used in the present window.
+void touch(Expr e);
+/// Begins a window and forgets everything remembered (base/remembered.hpp). Gives back what was touched in none
+/// of `windows`, sorted, and is not touched by `touch_known`, nor an operand or the value of a symbol. Cost:
+/// O(nodes in use).
+void give_back(const std::vector<std::uint16_t>& windows, const std::function<void()>& touch_known);
+void give_back_call(std::uint32_t place);
+void give_back_system(std::uint32_t system);  ///< of linear equations; defined in solve.cpp
+
 /// ∂/∂operand[i] of an operation or call, as an expression.
 Expr local_derivative(Expr e, int i);
 /// The operation in double arithmetic.
@@ -210,8 +231,6 @@ std::vector<Expr> topological(std::span<const Expr> outputs);
 /// The leaves (symbols) the outputs depend on, in order of first declaration.
 std::vector<Expr> leaves(std::span<const Expr> outputs);
 bool depends_on(Expr e, Expr leaf);
-/// Number of nodes in the graph so far.
-std::size_t graph_size();
 
 }  // namespace pendula
 

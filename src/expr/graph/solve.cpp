@@ -52,6 +52,7 @@ Key key_of(std::vector<Entry> entries, bool turned) {
 struct Systems {
   std::deque<LinearSystem> list;
   std::deque<Key> matrices;
+  std::deque<int> users;  ///< of each matrix: systems
   std::unordered_multimap<std::size_t, std::uint32_t> system_table, matrix_table;
 
   /// entries: by rows.
@@ -73,10 +74,23 @@ struct Systems {
     s.definite = known.definite;
     s.leading = known.leading;
     place_matrix(s, entries, matrix);
+    ++users[s.matrix];
     list.push_back(std::move(s));
     const auto index = static_cast<std::uint32_t>(list.size() - 1);
     system_table.emplace(h, index);
     return index;
+  }
+
+  void give_back(std::uint32_t index) {
+    const auto is = [](std::uint32_t number) {
+      return [number](const auto& entry) { return entry.second == number; };
+    };
+    const std::uint32_t matrix = list[index].matrix;
+    std::erase_if(system_table, is(index));
+    list[index] = {};
+    if (--users[matrix] > 0) return;
+    std::erase_if(matrix_table, is(matrix));
+    matrices[matrix] = {};
   }
 
  private:
@@ -98,6 +112,7 @@ struct Systems {
       return;
     }
     matrices.push_back(matrix);
+    users.push_back(0);
     s.matrix = static_cast<std::uint32_t>(matrices.size() - 1);
     matrix_table.emplace(hash_of(matrix), s.matrix);
   }
@@ -282,6 +297,8 @@ VecX linear_solution(const MatX& A, const VecX& b) {
   PENDULA_ASSERT(A.rows() == A.cols() && A.rows() == b.size(), "a linear system that is not square");
   return linear_solution(nonzeros(A), b);
 }
+
+void give_back_system(std::uint32_t system) { systems().give_back(system); }
 
 std::span<const Expr> solve_operands(std::uint32_t system) { return systems().list[system].operands; }
 

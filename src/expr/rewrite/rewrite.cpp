@@ -343,16 +343,19 @@ Expr simplified_or_zero(Expr e) {
 Expr simplify(Expr e) {
   // Nodes are never changed, so neither are their simple forms, while the order of the symbols stays.
   constexpr std::size_t most = 250'000;  // expressions
-  static thread_local LruCache<Expr, Expr> known(most);
+  static thread_local LruCache<Expr, Expr, std::hash<Expr>, Refers::by_touch> known(most);
   static thread_local RewrittenPatterns patterns;
   static thread_local std::pair<std::size_t, std::uint64_t> known_under;
   if (const std::pair now(assumptions_made(), session_of_declarations()); known_under != now) {
-    known = LruCache<Expr, Expr>(most);
-    patterns = {};
+    known.clear();
+    patterns.clear();
     known_under = now;
   }
   if (e.is_constant()) return simplified(e);
-  if (const Expr* simple = known.find(e)) return *simple;
+  if (const Expr* simple = known.find(e)) {
+    touch(*simple);
+    return *simple;
+  }
   const auto pattern = pattern_of(e);
   if (!pattern) return known.insert(e, simplified_or_zero(e));
   if (const auto simple = patterns.find(*pattern)) return known.insert(e, *simple);

@@ -76,6 +76,7 @@ std::optional<Expr> RewrittenPatterns::find(const Pattern& pattern) {
       const Expr base = pattern.variables[n.operand[0]];
       values.push_back(n.operand[1] == 0 ? base : derivative_leaf(base, static_cast<int>(n.operand[1])));
     } else if (n.op == Op::constant) {
+      touch(n.leaf);
       values.push_back(n.leaf);
     } else {
       const int arity = info(n.op).arity;

@@ -26,6 +26,7 @@ class RewrittenPatterns {
   /// The result for the variables of this pattern.
   std::optional<Expr> find(const Pattern& pattern);
   void add(const Pattern& pattern, Expr result);
+  void clear() { known_.clear(); }
 
  private:
   struct Node {
@@ -34,7 +35,7 @@ class RewrittenPatterns {
     std::uint32_t operand[3];  ///< earlier nodes; of a variable: its number and the order of its derivative
   };
   static constexpr std::size_t most_ = 20'000;  ///< patterns
-  LruCache<std::vector<std::uint32_t>, std::vector<Node>, WordsHash> known_{most_};
+  LruCache<std::vector<std::uint32_t>, std::vector<Node>, WordsHash, Refers::by_touch> known_{most_};
 };
 
 }  // namespace pendula

@@ -283,7 +283,7 @@ std::shared_ptr<const LaneCode> LaneCode::make(const Problem& problem, const Tab
                                                int lanes) {
   if (!codegen::Machine::available(lanes)) return nullptr;
   static std::mutex mutex;
-  static codegen::Memory<const LaneCode> memory;
+  static codegen::ProgramCache<const LaneCode> memory;
   const std::lock_guard lock(mutex);
   const codegen::Key key = key_of(problem, rk, watch, lanes);
   if (auto known = memory.find(key)) return known;

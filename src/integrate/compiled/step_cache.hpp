@@ -34,7 +34,7 @@ struct StepEntry {
 
 struct StepStore {
   std::mutex mutex;
-  codegen::Memory<StepEntry> entries;
+  codegen::ProgramCache<StepEntry> entries;
   std::shared_ptr<StepEntry> entry(const codegen::Key& key);
 };
 StepStore& step_store();

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/math.hpp"
+#include "base/remembered.hpp"
 #include "codegen/kernel/kernel.hpp"
 #include "dae/model/first_order.hpp"
 #include "integrate/problem/projection.hpp"
@@ -113,13 +114,16 @@ class Problem {
     std::vector<Entry> pattern;
     std::vector<Expr> partials;
   };
-  struct Equations {
+  struct Equations : Remembered {
     dae::FirstOrder model;
     std::vector<Expr> arguments;
     std::vector<Expr> symbolic;  ///< see symbolic_residuals(), or empty
     bool dense_jacobian = false;
     std::optional<Derivatives>
         derivatives;  ///< on first use: explicit methods need none, and they may be dense
+
+   private:
+    void forget() override { derivatives.reset(); }  // this may be known to objects that are older than they
   };
   const Derivatives& derivatives() const;
   std::shared_ptr<Equations> equations_;

@@ -94,7 +94,10 @@ PreparationPtr prepared(const dae::ModelPtr& model, const Simulation& simulation
   constexpr std::size_t equations = 200'000;  // an entry counts as 1000 more
   static LruCache<std::vector<std::uint32_t>, PreparationPtr, WordsHash> known(equations);
   const auto key = preparation_key(model, simulation);
-  if (const PreparationPtr* found = known.find(key)) return *found;
+  if (const PreparationPtr* found = known.find(key)) {
+    Origins::add((*found)->origins);
+    return *found;
+  }
   auto made = std::make_shared<Preparation>();
   made->model = model;
   made->form = *dae::shared_first_order(model);
@@ -113,6 +116,7 @@ void watch_singularities(Plan& plan, const dae::ModelPtr& model, const Simulatio
     kept->guards = guards_of(model, simulation.inputs, problem, true);
     kept->choices = choices_of(model, simulation.inputs, problem);
     kept->blocks = blocks_of(model, simulation.inputs, problem);
+    kept->origins = Origins::so_far();
   }
   plan.guards = *kept->guards;
   plan.choices = kept->choices;
@@ -174,6 +178,7 @@ void complete(Preparation& all, const Vec& parameters, const Simulation& simulat
   problem->set_projections(all.stages);
   all.parameters = parameters;
   all.problem = std::move(problem);
+  all.origins = Origins::so_far();
 }
 
 }  // namespace pendula::integrate

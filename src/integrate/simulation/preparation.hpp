@@ -27,6 +27,7 @@ struct Preparation {
   std::optional<std::vector<Guard>> guards;
   std::vector<Guard> choices;
   std::vector<dae::LargeBlock> blocks;
+  Windows origins;  ///< of what was added later
 
   bool serves(const Vec& values) const {
     const bool same = values.size() == parameters.size() && values == parameters;

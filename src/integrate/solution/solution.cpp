@@ -101,12 +101,11 @@ Point Solution::at(double t) const {
 }
 
 const codegen::Kernel& Solution::kernel(std::span<const Expr> expressions) const {
-  if (!std::equal(expressions.begin(), expressions.end(), compiled_.begin(), compiled_.end()) ||
-      compiled_.empty()) {
-    kernel_ = codegen::Kernel(expressions, problem().arguments());
-    compiled_.assign(expressions.begin(), expressions.end());
+  if (!std::ranges::equal(expressions, last_.expressions) || last_.expressions.empty()) {
+    last_.kernel = codegen::Kernel(expressions, problem().arguments());
+    last_.expressions.assign(expressions.begin(), expressions.end());
   }
-  return kernel_;
+  return last_.kernel;
 }
 
 void Solution::evaluate(const codegen::Kernel& compiled, const Point& point, double* out) const {

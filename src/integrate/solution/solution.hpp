@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/error.hpp"
+#include "base/remembered.hpp"
 #include "integrate/problem/problem.hpp"
 #include "integrate/solution/adjoint.hpp"
 #include "integrate/solution/ending.hpp"
@@ -82,6 +83,15 @@ struct RegimeInUse {
 struct MethodInUse {
   double t = 0;
   std::string name, why;
+};
+
+/// The same expressions are asked for again and again.
+struct KernelOfLastCall : Remembered {
+  std::vector<Expr> expressions;
+  codegen::Kernel kernel;
+
+ private:
+  void forget() override { expressions.clear(); }
 };
 
 class Solution {
@@ -182,9 +192,7 @@ class Solution {
   std::vector<MethodInUse> methods_in_use_;
   std::vector<BorderInUse> borders_;
   std::string rounding_, not_unique_, untested_;
-  mutable std::vector<Expr>
-      compiled_;  ///< what kernel_ computes: the same expressions are asked for again and again
-  mutable codegen::Kernel kernel_;
+  mutable KernelOfLastCall last_;
 };
 
 using SolutionPtr = std::shared_ptr<const Solution>;

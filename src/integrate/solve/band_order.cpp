@@ -174,7 +174,7 @@ std::shared_ptr<const BandOrder> BandOrder::find(int n, const std::vector<Positi
     key.push_back(static_cast<std::uint32_t>(p.column));
   }
   static std::mutex mutex;
-  static codegen::Memory<Answer> answers;
+  static codegen::ProgramCache<Answer> answers;
   const std::lock_guard lock(mutex);
   if (const auto known = answers.find(key)) return known->order;
   auto order = found(n, positions);

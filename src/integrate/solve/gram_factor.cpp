@@ -37,7 +37,7 @@ GramFactor::GramFactor(int rows, int columns, const std::vector<Position>& posit
 
 GramFactor GramFactor::remembered(int rows, int columns, const std::vector<Position>& positions) {
   static std::mutex mutex;
-  static LruCache<std::vector<int>, GramFactor, WordsHash> known(16);
+  static LruCache<std::vector<int>, GramFactor, WordsHash, Refers::by_touch> known(16);
   std::vector<int> key{rows, columns};
   for (const Position& p : positions) {
     key.push_back(p.row);

@@ -82,7 +82,7 @@ std::shared_ptr<Use> use_of(int n, const std::vector<Position>& positions, bool 
     key.push_back(static_cast<std::uint32_t>(p.column));
   }
   static std::mutex mutex;
-  static codegen::Memory<Use> uses;
+  static codegen::ProgramCache<Use> uses;
   const std::lock_guard lock(mutex);
   if (auto known = uses.find(key)) return known;
   auto made = std::make_shared<Use>();

@@ -113,7 +113,8 @@ void ExplicitStepper::check(const Tableau& rk) {
 
 std::shared_ptr<const ExplicitStepper::Scheme> ExplicitStepper::scheme_of(const TableauPtr& rk) {
   constexpr std::size_t methods = 16;
-  static LruCache<TableauPtr, std::shared_ptr<const Scheme>> known(methods);
+  static LruCache<TableauPtr, std::shared_ptr<const Scheme>, std::hash<TableauPtr>, Refers::by_touch> known(
+      methods);
   static std::mutex mutex;
   const std::lock_guard lock(mutex);
   if (const auto* found = known.find(rk)) return *found;

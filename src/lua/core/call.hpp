@@ -175,12 +175,14 @@ class Call {
   std::shared_ptr<const void>* test(int i, const char* type) const;
   std::shared_ptr<const void> required(int i, const char* type, const char* name) const;
   static void push_shared(lua_State* L, std::shared_ptr<const void> object, const char* type);
-  friend void push_object(lua_State*, std::shared_ptr<const void>, const char*);
   int count_;
 };
 
-/// Pushes a userdata that shares ownership of the object (for code outside a Call).
-void push_object(lua_State* L, std::shared_ptr<const void> object, const char* type);
+/// Marks the expressions in an object as used (touch() in expr/graph/graph.hpp).
+using Touch = void (*)(const void* object);
+/// Pushes a userdata that shares ownership of the object (for code outside a Call). It never changes, or forgets
+/// (Remembered) what it has added. Without `touch` it keeps all expressions of the windows of this call.
+void push_object(lua_State* L, std::shared_ptr<const void> object, const char* type, Touch touch = nullptr);
 
 /// "a number", "an integer".
 std::string with_article(const std::string& noun);

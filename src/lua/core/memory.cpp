@@ -9,9 +9,13 @@
 #include <cstdlib>
 #include <cstring>
 #include <new>
+#include <utility>
 
 #include "base/error.hpp"
+#include "base/remembered.hpp"
+#include "expr/graph/graph.hpp"
 #include "lua/core/interrupts.hpp"
+#include "lua/core/objects.hpp"
 #include "lua/core/trampoline.hpp"
 
 namespace pendula::lua {
@@ -137,6 +141,36 @@ void collect_if_grown(lua_State* L) {
   if (resident() < limit) return;
   collect(L);
   limit = std::max(256 * MiB, 2 * resident());
+}
+
+/// How many new expressions end a window, and at least how many times those of the largest call. What is remembered is
+/// lost with them, which pays where they are many and each call has made few: one that has made most, of a large model,
+/// would make them again.
+struct WindowLength {
+  std::uint32_t fewest = 1 << 15;  // 10 MB
+  std::uint32_t calls = 8;
+};
+
+/// The environment variable PENDULA_WINDOW makes windows short, for tests.
+static WindowLength window_length() {
+  const char* given = std::getenv("PENDULA_WINDOW");
+  return given ? WindowLength{static_cast<std::uint32_t>(std::max(1, std::atoi(given))), 1} : WindowLength{};
+}
+
+void begin_window_if_grown(lua_State* L) {
+  static const WindowLength length = window_length();
+  static const std::uint32_t of_the_library = begin_window();  // what it is made of is in a window of its own
+  static std::uint32_t begin = of_the_library, last = begin, most_of_one_call = 0, kept = 0;
+  const std::uint32_t size = graph_size(), made = size - begin;
+  most_of_one_call = std::max(most_of_one_call, size - std::exchange(last, size));
+  if (made >= std::max(length.fewest, kept) && made / length.calls >= most_of_one_call) {
+    lua_gc(L, LUA_GCCOLLECT);
+    give_back(windows_in_use(), touch_known_expressions);
+    begin = size;
+    kept = expressions_in_use();
+    most_of_one_call = 0;
+  }
+  Origins::begin(expression_window());
 }
 
 }  // namespace pendula::lua

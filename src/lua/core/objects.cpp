@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cstring>
+#include <set>
 
 #include "base/error.hpp"
+#include "base/remembered.hpp"
 #include "base/text.hpp"
 #include "lua/core/call.hpp"
 #include "lua/core/foreign_names.hpp"
@@ -21,13 +23,38 @@ char types_key, type_key, methods_key, fields_key, fallback_key;
 
 struct Box {
   std::shared_ptr<const void> object;
+  Touch touch = nullptr;  ///< or, without, the windows of the expressions that the object may refer to
+  Windows windows;
+  Box *before = nullptr, *after = nullptr;
 };
+
+/// A list of the boxes that hold something, of all states.
+Box* first_box = nullptr;
+
+void enter(Box& box) {
+  box.after = first_box;
+  if (first_box) first_box->before = &box;
+  first_box = &box;
+}
 
 /// __gc: gives up the value but leaves an empty, valid Box, since a script's own
 /// finalizer may resurrect the userdata.
 int finalize(lua_State* L) {
-  static_cast<Box*>(lua_touserdata(L, 1))->object.reset();
+  Box& box = *static_cast<Box*>(lua_touserdata(L, 1));
+  if (!box.object) return 0;
+  if (box.after) box.after->before = box.before;
+  (box.before ? box.before->after : first_box) = box.after;
+  box.windows.reset();
+  box.object.reset();
   return 0;
+}
+
+/// The running call reads an object.
+void note_use(const Box& box) {
+  if (!box.touch)
+    Origins::add(box.windows);
+  else if (box.object)
+    box.touch(box.object.get());
 }
 
 void append_string_keys(lua_State* L, int table, std::vector<std::string>& names) {
@@ -194,7 +221,22 @@ std::shared_ptr<const void>* object_at(lua_State* L, int index, const char* type
   const char* name = lua_tostring(L, -1);
   const bool match = name && std::strcmp(name, type) == 0;
   lua_pop(L, 2);
-  return match ? &static_cast<Box*>(lua_touserdata(L, index))->object : nullptr;
+  if (!match) return nullptr;
+  auto& box = *static_cast<Box*>(lua_touserdata(L, index));
+  note_use(box);
+  return &box.object;
+}
+
+std::vector<std::uint16_t> windows_in_use() {
+  std::set<std::uint16_t> all;
+  for (const Box* box = first_box; box; box = box->after)
+    if (!box->touch && box->windows) all.insert(box->windows->begin(), box->windows->end());
+  return {all.begin(), all.end()};
+}
+
+void touch_known_expressions() {
+  for (const Box* box = first_box; box; box = box->after)
+    if (box->touch) box->touch(box->object.get());
 }
 
 std::string object_type(lua_State* L, int index) {
@@ -206,7 +248,7 @@ std::string object_type(lua_State* L, int index) {
   return type;
 }
 
-void Call::push_shared(lua_State* L, std::shared_ptr<const void> object, const char* type) {
+void push_object(lua_State* L, std::shared_ptr<const void> object, const char* type, Touch touch) {
   PENDULA_ASSERT(object != nullptr, "a null object was pushed");
   luaL_checkstack(L, 8, nullptr);
   // Empty until the metatable is in place: if Lua runs out of memory in between, nothing is leaked.
@@ -214,11 +256,14 @@ void Call::push_shared(lua_State* L, std::shared_ptr<const void> object, const c
   push_metatable(L, type);
   lua_setmetatable(L, -2);
   box->object = std::move(object);
+  box->touch = touch;
+  if (!touch) box->windows = Origins::so_far();
+  enter(*box);
   collect_if_grown(L);
 }
 
-void push_object(lua_State* L, std::shared_ptr<const void> object, const char* type) {
-  Call::push_shared(L, std::move(object), type);
+void Call::push_shared(lua_State* L, std::shared_ptr<const void> object, const char* type) {
+  push_object(L, std::move(object), type);
 }
 
 void set_member(lua_State* L, const char* type, const char* member, Member kind) {

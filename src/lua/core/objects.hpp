@@ -10,6 +10,7 @@
 //   }
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -44,6 +45,11 @@ std::vector<std::string> member_names(lua_State* L, const char* type);
 
 /// Throws Error: the object at 1 has no member of the name at 2, and what to write instead.
 [[noreturn]] void unknown_member(lua_State* L, const char* type);
+
+/// Of the objects that Lua has not collected yet: the windows of the expressions in them (give_back() in
+/// expr/graph/graph.hpp), and a touch of those that are known one by one. Cost: O(objects).
+std::vector<std::uint16_t> windows_in_use();
+void touch_known_expressions();
 
 /// The type name of one of our objects, or "".
 std::string object_type(lua_State* L, int index);

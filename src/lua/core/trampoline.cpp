@@ -9,6 +9,7 @@
 #include "base/interrupt.hpp"
 #include "lua/core/documentation.hpp"
 #include "lua/core/interrupts.hpp"
+#include "lua/core/memory.hpp"
 #include "lua/core/signature.hpp"
 
 namespace pendula::lua {
@@ -80,10 +81,25 @@ void push_exception(lua_State* L, const std::string& name) {
   }
 }
 
+/// A function of the library that is running; callbacks can call others inside it.
+class Running {
+ public:
+  Running() { ++depth_; }
+  ~Running() { --depth_; }
+  Running(const Running&) = delete;
+  Running& operator=(const Running&) = delete;
+  static bool none() { return depth_ == 0; }
+
+ private:
+  static inline int depth_ = 0;
+};
+
 int trampoline(lua_State* L) {
   const Row& row = *static_cast<const Row*>(lua_touserdata(L, lua_upvalueindex(1)));
   try {
     poll_interrupt();
+    if (Running::none()) begin_window_if_grown(L);
+    const Running running;
     luaL_checkstack(L, 40, "too many arguments");
     refuse_more_arguments(L, row.name, row.signature, lua_upvalueindex(2));
     Call call(L, row);

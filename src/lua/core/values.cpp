@@ -5,7 +5,9 @@
 
 #include "base/counted.hpp"
 #include "base/interrupt.hpp"
+#include "base/remembered.hpp"
 #include "expr/graph/derivative.hpp"
+#include "expr/graph/node_map.hpp"
 #include "expr/print/print.hpp"
 #include "lua/core/key_in_words.hpp"
 #include "lua/core/objects.hpp"
@@ -35,12 +37,28 @@ void push_interned_table(lua_State* L) {
   lua_rawsetp(L, LUA_REGISTRYINDEX, &interned_key);
 }
 
+void touch_all(const MatX& m) {
+  for (Expr e : entries(m)) touch(e);
+}
+void touch_all(Expr e) { touch(e); }
+void touch_all(const Matrix& m) {
+  if (!m.numeric()) touch_all(std::get<MatX>(m.store));
+}
+void touch_all(const Equation& e) {
+  touch_all(e.lhs);
+  touch_all(e.rhs);
+}
+template <class T>
+void touch_inside(const void* object) {
+  touch_all(*static_cast<const T*>(object));
+}
+
 void push_interned(lua_State* L, Expr e) {
   luaL_checkstack(L, 8, nullptr);
   push_interned_table(L);
   if (lua_rawgeti(L, -1, e.id()) == LUA_TNIL) {
     lua_pop(L, 1);
-    push_object(L, std::make_shared<const Expr>(e), TypeName<Expr>::value);
+    push_object(L, std::make_shared<const Expr>(e), TypeName<Expr>::value, touch_inside<Expr>);
     lua_pushvalue(L, -1);
     lua_rawseti(L, -3, e.id());
   }
@@ -206,18 +224,41 @@ bool is_expression(lua_State* L, int index) {
   }
 }
 
-/// Is there a symbol (π and e are none) or a call in e? Remembered for every node, as expressions are asked while
-/// they grow. Operands precede their operation and the graph only grows, so that each node is looked at once.
-static bool has_symbols(Expr e) {
-  static std::vector<bool> known;
-  while (known.size() <= e.id()) {
-    const Expr node = Expr::at(static_cast<std::uint32_t>(known.size()));
-    const auto inside = [](Expr operand) { return known[operand.id()]; };
-    known.push_back(node.op() == Op::call ||
-                    (node.is_symbol() ? symbol_of(node).kind != Kind::constant
-                                      : std::any_of(node.operands().begin(), node.operands().end(), inside)));
+/// Is there a symbol (π and e are none) or a call in an expression? Remembered by node, as expressions are asked
+/// while they grow.
+class SymbolsInside : public Remembered {
+ public:
+  bool operator()(Expr e) {
+    for (std::vector<Expr> open{e}; !open.empty();) {
+      const Expr node = open.back();
+      const auto size = open.size();
+      if (!known_.has(node)) look_at(node, open);
+      if (open.size() == size) open.pop_back();
+    }
+    return known_[e] != 0;
   }
-  return known[e.id()];
+
+ private:
+  /// Decides, or puts the operands that have to be looked at before.
+  void look_at(Expr node, std::vector<Expr>& open) {
+    const auto size = open.size();
+    bool inside = node.op() == Op::call || (node.is_symbol() && symbol_of(node).kind != Kind::constant);
+    for (Expr operand : node.operands()) {
+      if (!known_.has(operand))
+        open.push_back(operand);
+      else
+        inside = inside || known_[operand] != 0;
+    }
+    if (open.size() == size) known_[node] = inside ? 1 : 0;
+  }
+  void forget() override { known_.clear(); }
+
+  NodeMap<char> known_;
+};
+
+static bool has_symbols(Expr e) {
+  static SymbolsInside inside;
+  return inside(e);
 }
 
 std::optional<double> number_value(Expr e) {
@@ -327,12 +368,14 @@ int push_expr(lua_State* L, Expr e) {
 }
 
 int push_matrix(lua_State* L, MatX m) {
-  push_object(L, std::make_shared<const Matrix>(Matrix{std::move(m)}), TypeName<Matrix>::value);
+  push_object(L, std::make_shared<const Matrix>(Matrix{std::move(m)}), TypeName<Matrix>::value,
+              touch_inside<Matrix>);
   return 1;
 }
 
 int push_matrix(lua_State* L, Mat m) {
-  push_object(L, std::make_shared<const Matrix>(Matrix{std::move(m)}), TypeName<Matrix>::value);
+  push_object(L, std::make_shared<const Matrix>(Matrix{std::move(m)}), TypeName<Matrix>::value,
+              touch_inside<Matrix>);
   return 1;
 }
 
@@ -347,7 +390,8 @@ int push_value(lua_State* L, const Mat& m) {
 }
 
 int push_equation(lua_State* L, Equation e) {
-  push_object(L, std::make_shared<const Equation>(std::move(e)), TypeName<Equation>::value);
+  push_object(L, std::make_shared<const Equation>(std::move(e)), TypeName<Equation>::value,
+              touch_inside<Equation>);
   return 1;
 }
 
