@@ -371,7 +371,9 @@ function writer:text(value)
   if plain[type(value)] then return plain[type(value)](value) end
   local call = asked[value] and call_text(self, value)
   if call then return call end
-  if type(value) == "table" and (getmetatable(value) == nil or self.opaque) then return self:table(value) end
+  local meta = getmetatable(value)
+  local is_data = meta == nil or type(meta) == "table" and meta.__name == "list" -- which only prints otherwise
+  if type(value) == "table" and (is_data or self.opaque) then return self:table(value) end
   if type(value) == "function" and self.opaque then return self:callback(value) end
   self:fail(("a %s cannot be saved"):format(type(value)))
 end

@@ -30,9 +30,15 @@ function M.check_column(by, what, value)
     fail(("%s: %s is the expression %s; its graph is %s(%s, { -1, 1 }), along a solution write %s(sol, %s)")
       :format(by, what, e, by, e, by, e))
   end
+  local remedy = ""
+  if kind == "function" then
+    remedy = (": its graph is %s(f, { 0, 1 })"):format(by)
+  elseif named(kind .. ":step") and named(kind .. ":bode") then
+    remedy = ": its step response is plot(G:step()), its frequency response plot(G:bode())"
+  end
+  local noun = kind == "lti" and "linear system" or kind
   fail(("%s: %s must be a list of numbers or a column, not %s %s%s"):format(by, what,
-    kind:find "^[aeiou]" and "an" or "a", kind,
-    kind == "function" and (": its graph is %s(f, { 0, 1 })"):format(by) or ""))
+    noun:find "^[aeiou]" and "an" or "a", noun, remedy))
 end
 
 -- {y1, y2} are two curves, but a list of n rows beside n values of x is a matrix.

@@ -124,7 +124,17 @@ refused("a parameter without a value", function() return decay:init { fix = { x 
 refused("a parameter of another model, by its name", function()
   return decay:with { zz = 1 } end, "parameters: unknown symbol 'zz'")
 refused("a parameter of another model, by its symbol", function() return decay:with { [param "b"] = 1 } end,
-  "the model has no parameter 'b'")
+  "parameters: unknown symbol 'b'")
+refused("a parameter of another model in params of init, by its symbol", function()
+  return decay:init { fix = { x = 1 }, params = { a = 1, [param "zz"] = 1 } } end, "params: unknown symbol 'zz'")
+refused("a parameter of another model in params of integrate, by its symbol", function()
+  return decay:integrate { start = { x = 1 }, to = 1, params = { a = 1, [param "zz"] = 1 } } end,
+  "params: unknown symbol 'zz'")
+for _, value in ipairs { 1, { 1, 2 } } do
+  refused("a parameter of another model in params of sweep, by its symbol", function()
+    return sweep(decay, { start = { x = 1 }, to = 1, params = { a = { 1, 2 }, [param "zz"] = value } }) end,
+    "params: unknown symbol 'zz'")
+end
 refused("more right sides than states", function() return dae.semi_explicit { x = { x }, f = { x, y } } end,
   "f has 2 rows, but there is 1 state in x")
 refused("fewer right sides than states", function() return dae.semi_explicit { x = { x, y }, f = { x } } end,

@@ -37,6 +37,8 @@ test("what cannot be drawn is counted or refused", function()
   expect(function() plot() end):fails "plot: nothing to draw: write plot(x, y)"
   expect(function() plot(x, nil) end):fails "plot: argument 2 is nil"
   expect(function() plot(x, y, x) end):fails "plot: arguments come in pairs x, y, but there are 3"
+  expect(function() plot(tf({ 1 }, { 1, 1 })) end):fails("not a linear system: its step response is "
+    .. "plot(G:step()), its frequency response plot(G:bode())")
   expect(function() plot "x" end):fails "plot: y must be a list of numbers or a column, not a string"
   expect(function() plot { 1, nil, 3 } end):fails "entry 2 of y is nil"
   expect(function() plot { 1, "two" } end):fails "entry 2 of y"

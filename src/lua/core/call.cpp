@@ -13,7 +13,8 @@
 namespace pendula::lua {
 
 std::string with_article(const std::string& noun) {
-  const bool spelled = noun == "lti" || noun == "fn";  // an ell-tee-i
+  if (noun == "lti") return "a linear system";
+  const bool spelled = noun == "fn";  // an ef-en
   const bool vowel = spelled || (!noun.empty() && std::strchr("aeioAEIO", noun[0]) != nullptr);
   return (vowel ? "an " : "a ") + noun;
 }

@@ -21,7 +21,7 @@ constexpr const char* lazy_field =
 
 void push_registry(lua_State* L, const char* key) { lua_rawgetp(L, LUA_REGISTRYINDEX, key); }
 
-/// "a model or a lti", the types that have a method of this name; "" if there is none.
+/// "a model or lti", the types that have a method of this name; "" if there is none.
 std::string type_with_method(lua_State* L, const std::string& name) {
   std::vector<std::string> owners;
   if (name.size() < 3) return "";  // x and dt are rather variables that were forgotten

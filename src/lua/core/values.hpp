@@ -102,7 +102,10 @@ struct SymbolEntry {
 /// is an error.
 void each_symbol_entry(lua_State* L, int table, const std::string& what, std::span<const Expr> known,
                        const std::function<void(const SymbolEntry&)>& visit);
-/// The same with numeric values: a number per leaf (scalar values are not
+/// The same where a symbol that is not in `known` is refused, as its name would be.
+void each_known_entry(lua_State* L, int table, const std::string& what, std::span<const Expr> known,
+                      const std::function<void(const SymbolEntry&)>& visit);
+/// each_symbol_entry with numeric values: a number per leaf (scalar values are not
 /// broadcast). Constants only (√2 is one).
 std::vector<std::pair<Expr, double>> to_symbol_numbers(lua_State* L, int table, const std::string& what,
                                                        std::span<const Expr> known);

@@ -100,6 +100,15 @@ std::optional<Expr> spelled_otherwise(const std::string& word, std::span<const E
   return found;
 }
 
+[[noreturn]] void refuse_unknown(const std::string& word, const std::string& what,
+                                 std::span<const Expr> known) {
+  const std::vector<std::string> names = names_of(known);
+  const std::string hint = derivative_hint(word, names);
+  std::string remedy = hint.empty() ? did_you_mean(word, names) : hint;
+  if (remedy.empty()) remedy = symbols_at_hand(known);
+  throw Error(text(what, ": unknown symbol '", word, "'.", remedy));
+}
+
 std::vector<Expr> leaves_named(const std::string& word, const std::string& what,
                                std::span<const Expr> known) {
   const Name name = split_name(word);
@@ -126,11 +135,7 @@ std::vector<Expr> leaves_named(const std::string& word, const std::string& what,
   for (Expr leaf : known)  // as it is printed: θ₁′
     if (to_text(leaf) == word) return {leaf};
   if (const auto leaf = spelled_otherwise(word, known)) return {*leaf};
-  const std::vector<std::string> names = names_of(known);
-  const std::string hint = derivative_hint(word, names);
-  std::string remedy = hint.empty() ? did_you_mean(word, names) : hint;
-  if (remedy.empty()) remedy = symbols_at_hand(known);
-  throw Error(text(what, ": unknown symbol '", word, "'.", remedy));
+  refuse_unknown(word, what, known);
 }
 
 std::vector<Expr> leaves_of_list(lua_State* L, int list, const std::string& what,
@@ -251,6 +256,16 @@ void each_symbol_entry(lua_State* L, int table, const std::string& what, std::sp
     lua_settop(L, values);
   }
   lua_settop(L, values - 1);
+}
+
+void each_known_entry(lua_State* L, int table, const std::string& what, std::span<const Expr> known,
+                      const std::function<void(const SymbolEntry&)>& visit) {
+  each_symbol_entry(L, table, what, known, [&](const SymbolEntry& entry) {
+    for (Expr leaf : entry.leaves)
+      if (std::find(known.begin(), known.end(), leaf) == known.end())
+        refuse_unknown(leaf_name(leaf), what, known);
+    visit(entry);
+  });
 }
 
 std::string SymbolEntry::key() const {

@@ -225,7 +225,7 @@ dae::ParameterValues read_parameters(lua_State* L, int index, const dae::Model& 
   std::vector<Expr> known = model.parameters;
   for (Expr p : others)
     if (std::find(known.begin(), known.end(), p) == known.end()) known.push_back(p);
-  each_symbol_entry(L, index, what, known, [&](const SymbolEntry& entry) {
+  each_known_entry(L, index, what, known, [&](const SymbolEntry& entry) {
     const bool plain = lua_type(L, entry.value) == LUA_TNUMBER && std::isfinite(lua_tonumber(L, entry.value));
     const MatX value = to_matrix(L, entry.value, plain ? what : what + "." + entry.key());
     if (value.size() != static_cast<Eigen::Index>(entry.leaves.size()))

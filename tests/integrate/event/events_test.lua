@@ -286,3 +286,22 @@ test("conditions that dip below zero between the ends and the middle of a step",
     end
   end
 end)
+
+test("the list of events prints a row for each, and stays data that can be saved", function()
+  local y, v = vars "y v"
+  local fall = dae { der(y) ~ v, der(v) ~ -2 }
+  local function events(to)
+    return fall:integrate { start = { y = 1, v = 0 }, to = to,                    -- y = 1 - t² up to t = 1
+      events = { { when = v + 5 }, { when = y, direction = -1, reset = { [v] = 1 } } } }.events
+  end
+  local lines = {}
+  for line in tostring(events(1.5)):gmatch "[^\n]+" do lines[#lines + 1] = line end
+  expect(#lines):equals(2)
+  expect(lines[1]):matches "^ *t  which  action  when$"
+  expect(lines[2]):matches "^ *1 +2  reset   y = 0$"
+  expect(tostring(events(0.5))):equals "no events"
+  local file = os.tmpname() .. ".lua"
+  save(file, { all = events(1.5) })
+  expect(load(file).all[1].which):equals(2)
+  os.remove(file)
+end)

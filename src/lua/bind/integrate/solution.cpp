@@ -7,6 +7,7 @@
 #include "expr/graph/derivative.hpp"
 #include "integrate/solution/curve.hpp"
 #include "lua/bind/dae/dae.hpp"
+#include "lua/bind/integrate/event_list.hpp"
 #include "lua/bind/integrate/integrate.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/core/table_text.hpp"
@@ -329,6 +330,7 @@ int events(Call& call) {
     lua_setfield(L, -2, "after");
     lua_rawseti(L, -2, static_cast<lua_Integer>(i) + 1);
   }
+  make_event_list(L);
   return 1;
 }
 
@@ -380,7 +382,7 @@ extern const Module solution_module = {
         {"solution#events", events, "sol.events -> list",
          R"(One entry per event in order of time: t, which (its number in the list of events), when (the
             expression that became 0), part (in models of parts the path of the part), action, values
-            before and after it by name.)",
+            before and after it by name. print(sol.events) is a table of times, numbers and conditions.)",
          R"(
             y, v = vars "y v"  sol = dae{ der(y) ~ v, der(v) ~ -2 }:integrate{ start = { y = 1, v = 0 }, to = 9,
               events = { { when = y, action = "stop" } } }

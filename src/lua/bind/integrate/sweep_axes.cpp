@@ -180,8 +180,8 @@ void AxisReader::read_params() {
   int params = original("params");
   if (!lua_isnil(L_, params)) params = named_params(params);
   if (!lua_isnil(L_, params))
-    each_symbol_entry(L_, params, "params", known,
-                      [&](const SymbolEntry& entry) { sort(entry, "params", true, fixed_params_); });
+    each_known_entry(L_, params, "params", known,
+                     [&](const SymbolEntry& entry) { sort(entry, "params", true, fixed_params_); });
   order_by_name(0);
   lua_settop(L_, call_.count());
 }
