@@ -372,7 +372,7 @@ function writer:text(value)
   local call = asked[value] and call_text(self, value)
   if call then return call end
   local meta = getmetatable(value)
-  local is_data = meta == nil or type(meta) == "table" and meta.__name == "list" -- which only prints otherwise
+  local is_data = meta == nil or type(meta) == "table" and meta.__name == "list" -- prints otherwise
   if type(value) == "table" and (is_data or self.opaque) then return self:table(value) end
   if type(value) == "function" and self.opaque then return self:callback(value) end
   self:fail(("a %s cannot be saved"):format(type(value)))

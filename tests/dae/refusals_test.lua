@@ -126,7 +126,8 @@ refused("a parameter of another model, by its name", function()
 refused("a parameter of another model, by its symbol", function() return decay:with { [param "b"] = 1 } end,
   "parameters: unknown symbol 'b'")
 refused("a parameter of another model in params of init, by its symbol", function()
-  return decay:init { fix = { x = 1 }, params = { a = 1, [param "zz"] = 1 } } end, "params: unknown symbol 'zz'")
+  return decay:init { fix = { x = 1 }, params = { a = 1, [param "zz"] = 1 } } end,
+  "params: unknown symbol 'zz'")
 refused("a parameter of another model in params of integrate, by its symbol", function()
   return decay:integrate { start = { x = 1 }, to = 1, params = { a = 1, [param "zz"] = 1 } } end,
   "params: unknown symbol 'zz'")
@@ -158,3 +159,12 @@ refused("a conflict of three among five", function()
   return dae { 0 ~ x + y + z - w, der(x) ~ -x, der(y) ~ -y, der(z) ~ z }
     :init { fix = { x = 1, y = 2, z = 3, w = 7, [x.dot] = -1 } } end,
   "conflict: x = 1, y = 2, z = 3, w = 7\n  violated: (1):  0 ≠ -1 = x + y + z - w")
+refused("a condition between unknowns as a key of fix", function()
+  return dae { der(x) ~ -x, der(y) ~ x }:init { fix = { x = 1, [x - y] = 2 } } end,
+  "a key of fix must be a symbol, not the expression x - y; give it a name, an unknown d = var \"d\" with the "
+  .. "equation d ~ x - y in the model, and write fix = { d = … }")
+test("what the refusal of a condition names gives the start", function()
+  local d = var "d"
+  local at = dae { der(x) ~ -x, der(y) ~ x, d ~ x - y }:init { fix = { x = 1, d = 2 } }
+  expect(at(y)):near(-1, 1e-15)
+end)

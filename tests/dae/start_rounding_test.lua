@@ -39,3 +39,23 @@ test("double roots, where the residual is flat", function()
     expect(at(z)):near(0.3, 1e-7)
   end
 end)
+
+-- x² + y² = r² at x = r: ½ F″ e² = y² is known to a few rounding errors of r², so y to 10⁻⁸ r.
+test("a double root says that half of the digits are lost, and its zero leaves what depends on it exact", function()
+  for _, unit in ipairs(units) do
+    local sys = dae { x^2 + y^2 ~ (2*unit)^2, der(z) ~ -z + y, w ~ z + y, der(x) ~ y }
+    local at = sys:init { fix = { x = 2*unit, z = unit }, guess = { y = 0.1*unit } }
+    expect(at(y)):equals(0)
+    expect(at(w)):equals(unit)
+    expect(at(z.dot)):equals(-unit)
+    expect(at:ledger()):matches "the Jacobian is singular here, and the equations determine .*y.* to about half"
+    local simple = sys:init { fix = { x = unit, z = unit }, guess = { y = unit } }
+    expect(simple:ledger():find("double root", 1, true)):equals(nil)
+  end
+  local sys = dae { der(x) ~ -x, 0 ~ z^3 - 3*z*x^2 + 2*x^3 }                      -- (z - x)² (z + 2 x)
+  local double = sys:init { fix = { x = 0.3 }, guess = { z = 1 } }
+  expect(double:ledger()):matches "the equations determine z to about half of the digits only"
+  local error = tonumber(double:ledger():match "z to ([%d.e+-]+)%)")
+  expect(math.abs(double(z) - 0.3) <= error and error < 1e-6):equals(true)
+  expect(sys:init { fix = { x = 0.3 }, guess = { z = -1 } }:ledger():find("double root", 1, true)):equals(nil)
+end)

@@ -117,8 +117,13 @@ double size_of_terms(Expr e, const std::unordered_map<Expr, double>& point) {
 
 std::string ConsistentState::lost_text() const {
   if (!lost) return "";
-  return text("rounding errors of the equations leave ", to_text(lost->leaf), " = ",
-              rounded(values.at(lost->leaf), 3), " uncertain by about ", rounded(lost->error, 1));
+  const Expr worst = lost->leaves.front();
+  if (lost->is_double_root)
+    return text("a double root: the Jacobian is singular here, and the equations determine ",
+                grouped_names(lost->leaves), " to about half of the digits only (", to_text(worst), " to ",
+                rounded(lost->error, 1), ")");
+  return text("rounding errors of the equations leave ", to_text(worst), " = ", rounded(values.at(worst), 3),
+              " uncertain by about ", rounded(lost->error, 1));
 }
 
 std::string ConsistentState::ledger() const {

@@ -60,6 +60,27 @@ void clean(const StartSystem& s, Vec& w, bool slow) {
   }
 }
 
+/// At a double root zero as well, if the equations hold with what then follows for the other unknowns: y = 10⁻⁹ takes
+/// the digits of all that depend on y.
+void clean_double_root(const StartSystem& s, Vec& w) {
+  constexpr double root_of_rounding = 1e-6;
+  if (w.size() > dense_up_to) return;
+  const double largest = w.cwiseQuotient(s.unit).cwiseAbs().maxCoeff();
+  const std::vector<char> fixed = s.fixed();
+  for (Index j = 0; j < w.size(); ++j) {
+    if (w[j] == 0 || fixed[j] || !(std::fabs(w[j]) < root_of_rounding * (1 + largest) * s.unit[j])) continue;
+    Selection zero{{}, std::vector<char>(static_cast<std::size_t>(w.size()), 0)};
+    zero.held[j] = 1;
+    Vec next = w;
+    next[j] = 0;
+    const StartSolution other = gauss_newton(s, next, zero);
+    if (other.solved && !other.slow && holds_as_well(s, w, other.w)) {
+      w = other.w;
+      clean(s, w, true);
+    }
+  }
+}
+
 void fill_ledger(ConsistentState& at, const StartSystem& s, const Freedom& open) {
   std::unordered_map<Expr, Origin> origin;
   for (std::size_t k = 0; k < s.fixes(); ++k)
@@ -216,6 +237,7 @@ ConsistentStatePtr init(const ModelPtr& model, const StartRequest& request) {
   if (!solution.solved && request.nearest) solution = nearest_start(s);
   if (!solution.solved) explain_conflict(s, solution);
   clean(s, solution.w, solution.slow);
+  if (solution.slow) clean_double_root(s, solution.w);
   const Freedom open = freedom(s, solution.w, solution.slow);
   if (!request.nearest && !solution.slow) require_regular_point(model, s, solution.w, open.count == 0);
   if (open.count > 0) explain_freedom(model, s, solution.w, open);
@@ -230,7 +252,7 @@ ConsistentStatePtr init(const ModelPtr& model, const StartRequest& request) {
   if (request.nearest) at->moved = moved_values(s, solution.w);
   for (const auto& [leaf, value] : request.inputs)
     at->values[leaf] = pendula::evaluate({&value, 1}, at->values)[0];
-  at->lost = lost_digits(s, solution.w);
+  at->lost = solution.slow ? digits_at_double_root(s, solution.w) : lost_digits(s, solution.w);
   fill_ledger(*at, s, open);
   fill_constraints(*at, s, solution.w);
   if (!s.has_signs()) return at;

@@ -51,10 +51,11 @@ struct Branch {
   std::string formula;  ///< "x = ±√(L² - y²)", where the unknown solves a quadratic equation
 };
 
-/// A value without digits: rounding errors of the equations leave it open by about this much.
+/// Values without digits: rounding errors of the equations leave them open by about this much.
 struct LostDigits {
-  Expr leaf;
+  std::vector<Expr> leaves;  ///< the worst one; at a double root all that are open
   double error;
+  bool is_double_root = false;
 };
 
 struct LedgerRow {
@@ -76,7 +77,7 @@ class ConsistentState {
   std::vector<std::pair<Constraint, double>> constraints;  ///< with the residual at the start
   int free = 0;                                            ///< number of initial values that could be chosen
   std::vector<Moved> moved;                                ///< by `nearest`
-  std::optional<LostDigits> lost;                          ///< the worst one; small models only
+  std::optional<LostDigits> lost;                          ///< small models only
   StartRequest request;                                    ///< what it was made from
 
   /// The value of an expression in the symbols of this model or a relative. Throws Error naming what has no
@@ -85,8 +86,8 @@ class ConsistentState {
   /// The value of a leaf of `other`, a relative of this start's model, if it is known.
   std::optional<double> value_for(const Model& other, Expr leaf) const;
   std::string ledger() const;
-  std::string lost_text()
-      const;  ///< "rounding errors of the equations leave z = … uncertain by about …", or ""
+  /// "rounding errors of the equations leave z = … uncertain by about …", or "".
+  std::string lost_text() const;
   /// Other roots that the equations have for the same fixes, found from mirrored starting points; at most a
   /// few, small models only. Cost: some further solves.
   std::vector<Branch> branches() const;

@@ -280,10 +280,42 @@ std::optional<LostDigits> lost_digits(const StartSystem& s, const Vec& w) {
     const double share = error[j] / (many * std::fabs(w[j]) + visible * s.unit[j]);
     if (share > worst) {
       worst = share;
-      lost = LostDigits{s.unknowns.begin()[j], error[j]};
+      lost = LostDigits{{s.unknowns[j]}, error[j]};
     }
   }
   return lost;
+}
+
+/// u, v of the smallest singular value σ: uᵀF(w + e v) = σ e + ½ κ e² with κ = uᵀ F″(v, v), and residuals are known to
+/// noise = |u|ᵀ (their rounding errors). So e is open by the lesser of noise/σ and √(2 noise/|κ|).
+std::optional<LostDigits> digits_at_double_root(const StartSystem& s, const Vec& w) {
+  constexpr double step = 1e-4, open = 1e-3,
+                   visible = 1e-9;  // of ω; of the largest component of v; of the unit
+  if (w.size() == 0 || w.size() > dense_up_to) return {};
+  const auto [rows, columns] = what_is_not_fixed(s);
+  const Mat whole(s.jacobian(w));
+  const Vec errors = s.rounding_errors(w);
+  if (rows.empty() || columns.empty() || !whole.allFinite() || !errors.allFinite()) return {};
+  const Mat J = whole(rows, columns);
+  const Eigen::JacobiSVD<Mat> svd(J, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Index last = std::min(J.rows(), J.cols()) - 1;
+  const Vec u = svd.matrixU().col(last), v = svd.matrixV().col(last);
+  const double sigma = svd.singularValues()[last];
+  const double h = step * (1 + w.cwiseQuotient(s.unit).cwiseAbs().maxCoeff());
+  Vec moved = w;
+  for (Index k = 0; k < v.size(); ++k) moved[columns[k]] += h * v[k] * s.unit[columns[k]];
+  const Mat there = Mat(s.jacobian(moved))(rows, columns);
+  const double curvature = std::fabs(u.dot((there - J) * v)) / h, noise = u.cwiseAbs().dot(Vec(errors(rows)));
+  if (!(noise > 0) || !(curvature > 0)) return {};
+  const double e = std::min(noise / sigma, std::sqrt(2 * noise / curvature));
+  LostDigits lost{{}, 0, true};
+  for (Index k = 0; k < v.size(); ++k) {
+    const double size = std::fabs(v[k]), unit = s.unit[columns[k]];
+    if (size < open * v.cwiseAbs().maxCoeff() || e * size < visible) continue;
+    lost.leaves.push_back(s.unknowns[columns[k]]);
+    if (lost.leaves.size() == 1) lost.error = e * size * unit;
+  }
+  return lost.leaves.empty() ? std::nullopt : std::optional(lost);
 }
 
 }  // namespace pendula::dae

@@ -131,6 +131,8 @@ constexpr double allowed_errors =
 /// The unknown of a solution that rounding errors of the residuals change most, if by more than a hundredth of it. Nothing
 /// above `dense_up_to` unknowns. Cost: one orthogonal decomposition.
 std::optional<LostDigits> lost_digits(const StartSystem& s, const Vec& w);
+/// Where steps shrank by half only: the unknowns along the null vector of the Jacobian. Cost: one SVD.
+std::optional<LostDigits> digits_at_double_root(const StartSystem& s, const Vec& w);
 
 /// Gauss-Newton from the guess, then from spread points near it (symmetric points are often singular), with
 /// the opposite signs, and further away.

@@ -236,6 +236,12 @@ constexpr Remedy expr_members[] = {
     {"simplify expand factor", "write simplify(e)"},
 };
 
+constexpr Remedy rosenbrock_members[] = {
+    {"verify conditions",
+     "its orders, by the order conditions, are in method:report(), and what it does on a model shows "
+     "converge(sys, { …, methods = { method }, rtol = { 1e-4, 1e-6 } })"},
+};
+
 constexpr Remedy tableau_members[] = {
     {"order_conditions", "write tab:conditions(5)"},
     {"stability_function stability_interval stability_region R amplification_factor",
@@ -334,6 +340,8 @@ std::string remedy_for_member(std::string_view type, std::string_view name) {
   if (type == "matrix") return remedy_in(std::begin(matrix_members), std::end(matrix_members), name);
   if (type == "matrix_form") return remedy_in(std::begin(form_members), std::end(form_members), name);
   if (type == "sweep") return remedy_in(std::begin(sweep_members), std::end(sweep_members), name);
+  if (type == "rosenbrock")
+    return remedy_in(std::begin(rosenbrock_members), std::end(rosenbrock_members), name);
   if (type == "tableau") return remedy_in(std::begin(tableau_members), std::end(tableau_members), name);
   if (type == "iddata") return remedy_in(std::begin(data_members), std::end(data_members), name);
   if (type == "idmodel") return remedy_in(std::begin(idmodel_members), std::end(idmodel_members), name);

@@ -200,7 +200,8 @@ static  /// What Lua's own words do not tell somebody who called or measured a v
     return ": a method is an option: sys:integrate{ …, method = rk.euler, dt = 0.01 }";
   if (says("call a rk value")) return ": a tableau of your own is tableau{ A = …, b = … }";
   if (says("call a matrix value")) return ": a product is written with *, as in A*(x + y)";
-  if (says("call a table value") && says("'")) return text(": an entry of a list is ", quoted(), "[1]");
+  if ((says("call a table value") || says("call a list value")) && says("'"))
+    return text(": an entry of a list is ", quoted(), "[1]");
   return "";
 }
 

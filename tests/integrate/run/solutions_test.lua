@@ -274,3 +274,11 @@ test("drift knows how form baumgarte lets an inconsistent start decay", function
   local kept = pendulum:reduce "baumgarte":integrate { start = start, to = 2 }
   expect(kept:drift()[1].verdict):equals "kept"
 end)
+
+test("Rosenbrock methods choose their steps, and say what works instead", function()
+  local decay = dae { der(x) ~ -x }
+  local request = { start = { x = 1 }, to = 1, dt = 0.1, method = rosenbrock.rodas4 }
+  expect(function() decay:integrate(request) end)
+    :fails "to converge rtol = { 1e-4, 1e-6 }; a method with fixed steps is rk.radau(3)"
+  expect(function() return rosenbrock.rodas4:verify() end):fails "are in method:report()"
+end)

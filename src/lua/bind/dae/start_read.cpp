@@ -39,8 +39,26 @@ static void refuse_known(lua_State* L, int table, const std::string& what, const
   }
 }
 
+/// Values belong to unknowns: a condition between them needs one of its own.
+static void refuse_expressions(lua_State* L, int table, const std::string& what) {
+  table = lua_absindex(L, table);
+  lua_pushnil(L);
+  while (lua_next(L, table) != 0) {
+    lua_pop(L, 1);
+    const Expr* key = object<Expr>(L, lua_gettop(L));
+    if (!key || key->is_symbol()) continue;
+    const std::string e = to_text(*key);
+    throw Error(text("a key of ", what, " must be a symbol, not the expression ", e,
+                     "; give it a name, an unknown d = var \"d\" with the equation d ~ ", e,
+                     " in the model, and write ", what, " = { d = … }"));
+  }
+}
+
 dae::LeafValues read_leaf_values(lua_State* L, int index, const std::string& what, const dae::Model& model) {
-  if (lua_istable(L, index)) refuse_known(L, index, what, model);
+  if (lua_istable(L, index)) {
+    refuse_expressions(L, index, what);
+    refuse_known(L, index, what, model);
+  }
   return to_symbol_numbers(L, index, what, known_leaves(model));
 }
 

@@ -378,7 +378,10 @@ Method read_method(Call& call, const Options& options, bool fixed, const dae::Mo
   } else if (const auto rosenbrock = held_at<integrate::Rosenbrock>(L, index)) {
     if (fixed)
       throw Error(
-          text("the method ", rosenbrock->name(), " chooses its steps: leave dt out and give rtol = 1e-6"));
+          text("the method ", rosenbrock->name(),
+               " chooses its steps: leave dt out and give rtol = 1e-6, to converge rtol = { 1e-4, 1e-6 }; "
+               "a method with fixed steps is ",
+               integrate::family::rosenbrock.instead));
     method = integrate::method_of(rosenbrock);
   } else if (const auto multistep = held_at<integrate::Multistep>(L, index)) {
     method.family = &integrate::family::bdf;
