@@ -147,7 +147,8 @@ void NodeStore::free(std::uint32_t id, Node& n) {
 }
 
 void NodeStore::give_back(const std::vector<std::uint16_t>& windows) {
-  touch(0);  // the numbers 0 and 1
+  free_constants_.reserve(constants_.size());  // memory may end here, not halfway
+  touch(0);                                    // the numbers 0 and 1
   touch(1);
   const auto stays = [&](const Node& n) {
     if (n.last == window_) return true;
@@ -163,7 +164,7 @@ void NodeStore::give_back(const std::vector<std::uint16_t>& windows) {
   });
   nodes_.give_back_unless([](const Node& n) { return n.op != Node::nothing; });
   std::size_t room = 1 << 12;
-  while (room < 2 * static_cast<std::size_t>(in_use_)) room *= 2;
+  while (room < table_.size() && room < 2 * static_cast<std::size_t>(in_use_)) room *= 2;
   fill_table(room);
 }
 

@@ -52,7 +52,8 @@ Key key_of(std::vector<Entry> entries, bool turned) {
 struct Systems {
   std::deque<LinearSystem> list;
   std::deque<Key> matrices;
-  std::deque<int> users;  ///< of each matrix: systems
+  std::deque<int> users;                             ///< of each matrix: systems
+  std::deque<std::size_t> system_hash, matrix_hash;  ///< under which they are in these tables
   std::unordered_multimap<std::size_t, std::uint32_t> system_table, matrix_table;
 
   /// entries: by rows.
@@ -78,22 +79,26 @@ struct Systems {
     list.push_back(std::move(s));
     const auto index = static_cast<std::uint32_t>(list.size() - 1);
     system_table.emplace(h, index);
+    system_hash.push_back(h);
     return index;
   }
 
   void give_back(std::uint32_t index) {
-    const auto is = [](std::uint32_t number) {
-      return [number](const auto& entry) { return entry.second == number; };
-    };
     const std::uint32_t matrix = list[index].matrix;
-    std::erase_if(system_table, is(index));
+    remove(system_table, system_hash[index], index);
     list[index] = {};
     if (--users[matrix] > 0) return;
-    std::erase_if(matrix_table, is(matrix));
+    remove(matrix_table, matrix_hash[matrix], matrix);
     matrices[matrix] = {};
   }
 
  private:
+  static void remove(std::unordered_multimap<std::size_t, std::uint32_t>& table, std::size_t hash,
+                     std::uint32_t number) {
+    const auto [first, last] = table.equal_range(hash);
+    table.erase(std::find_if(first, last, [&](const auto& entry) { return entry.second == number; }));
+  }
+
   std::optional<std::uint32_t> find(const Key& matrix) const {
     const auto [first, last] = matrix_table.equal_range(hash_of(matrix));
     for (auto it = first; it != last; ++it)
@@ -114,7 +119,8 @@ struct Systems {
     matrices.push_back(matrix);
     users.push_back(0);
     s.matrix = static_cast<std::uint32_t>(matrices.size() - 1);
-    matrix_table.emplace(hash_of(matrix), s.matrix);
+    matrix_hash.push_back(hash_of(matrix));
+    matrix_table.emplace(matrix_hash.back(), s.matrix);
   }
 };
 
