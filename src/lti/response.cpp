@@ -253,8 +253,8 @@ Vec times_of_facts(const System& g, const Vec& t) {
     return times.size() < 2 ? 0 : (times.tail(times.size() - 1) - times.head(times.size() - 1)).maxCoeff();
   };
   const double rounding = 1 + 1e-9;
-  const bool enough = t[t.size() - 1] * rounding >= whole[whole.size() - 1] &&
-                      widest(t) <= std::max(widest(whole), 0.0) * rounding;
+  const bool enough =
+      t[t.size() - 1] * rounding >= whole[whole.size() - 1] && widest(t) <= widest(whole) * rounding;
   return enough ? t : whole;
 }
 

@@ -13,7 +13,8 @@ Expr parse_entry(const std::string& entry);
 
 /// The form a textbook draws: one line per stage "c | a a …", then "| b b …" and, if there is an embedded
 /// method, a second line "| bhat …". Entries are separated by blanks; rows of explicit methods may stop at
-/// the diagonal; lines of dashes and a title as it is printed are ignored. Only A, b, c and bhat are set. Throws Error naming the line.
+/// the diagonal; lines of dashes and a title as it is printed are ignored. Only A, b, c and bhat are set.
+/// Throws Error naming the line.
 TableauData parse_tableau(const std::string& drawing);
 
 }  // namespace pendula::integrate

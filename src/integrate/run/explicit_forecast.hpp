@@ -11,8 +11,8 @@ namespace pendula::integrate {
 
 /// Compared are a stretch of the solution and the steps on it: the implicit ones as they were, explicit ones as many as
 /// stability asks for, |λ| being measured every few steps, and at least as many as accuracy does, which follow from the
-/// implicit ones. The stretch begins anew where steps are longer than all before, which say nothing of those to come then, and where
-/// explicit steps would be far too many. Derivation: docs/derivations.md#choice-of-the-method.
+/// implicit ones. The stretch begins anew where steps are longer than all before, which say nothing of those to come
+/// then, and where explicit steps would be far too many. Derivation: docs/derivations.md#choice-of-the-method.
 class ExplicitForecast {
  public:
   /// Of the run so far; work in steps of the explicit pair.
@@ -28,13 +28,16 @@ class ExplicitForecast {
   void step(double dt);
   bool is_due(long steps) const { return steps >= next_; }
   void wait_until(long steps) { next_ = std::max(next_, steps); }
+  /// Measures |λ| and adds the steps since the last look to the stretch. Cost: two evaluations of x′, four at first.
   void look(const ProblemPtr& problem, const Point& here, const Progress& now);
 
   /// Would explicit steps be less work from here on, as on the stretch? left: time.
   bool is_less_work(double left);
 
-  double time() const { return time_; }
-  double implicit_work_per_time() const { return spent_ / time_; }
+  double time() const { return time_; }  ///< of the stretch
+  double implicit_work_per_time() const {
+    return spent_ / time_;
+  }  ///< requires is_less_work() to have been true
 
   /// A change has turned out wrong: the next one takes a longer stretch.
   void ask_for_more() { enough_ *= 8; }

@@ -260,10 +260,10 @@ void each_symbol_entry(lua_State* L, int table, const std::string& what, std::sp
 
 void each_known_entry(lua_State* L, int table, const std::string& what, std::span<const Expr> known,
                       const std::function<void(const SymbolEntry&)>& visit) {
+  const std::unordered_set<Expr> all(known.begin(), known.end());
   each_symbol_entry(L, table, what, known, [&](const SymbolEntry& entry) {
     for (Expr leaf : entry.leaves)
-      if (std::find(known.begin(), known.end(), leaf) == known.end())
-        refuse_unknown(leaf_name(leaf), what, known);
+      if (!all.contains(leaf)) refuse_unknown(leaf_name(leaf), what, known);
     visit(entry);
   });
 }
