@@ -7,7 +7,7 @@
 #include "base/text.hpp"
 #include "dae/pencil/pencil.hpp"
 #include "dae/pencil/pencil_forcing.hpp"
-#include "expr/graph/generic.hpp"
+#include "expr/generic/generic.hpp"
 #include "expr/linalg/linalg.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"

@@ -10,7 +10,7 @@
 #include "dae/rank/rank.hpp"
 #include "dae/regularise/cofactors.hpp"
 #include "dae/regularise/null_vectors.hpp"
-#include "expr/graph/generic.hpp"
+#include "expr/generic/generic.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
 

@@ -6,7 +6,7 @@
 
 #include "dae/index/array_index.hpp"
 #include "dae/model/make_model.hpp"
-#include "expr/graph/generic.hpp"
+#include "expr/generic/generic.hpp"
 #include "expr/print/print.hpp"
 #include "tests/dae/problems.hpp"
 

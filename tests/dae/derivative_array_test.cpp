@@ -11,7 +11,7 @@
 #include "dae/model/make_model.hpp"
 #include "dae/points/array_points.hpp"
 #include "dae/rank/rank_with_gap.hpp"
-#include "expr/graph/generic.hpp"
+#include "expr/generic/generic.hpp"
 #include "expr/print/print.hpp"
 #include "tests/dae/problems.hpp"
 

@@ -7,7 +7,7 @@
 #include "dae/index/array_conditions.hpp"
 #include "dae/rank/tracked_elimination.hpp"
 #include "dae/regularise/regularise.hpp"
-#include "expr/graph/generic.hpp"
+#include "expr/generic/generic.hpp"
 #include "expr/print/print.hpp"
 #include "tests/dae/problems.hpp"
 

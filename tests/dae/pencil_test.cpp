@@ -10,8 +10,8 @@
 #include "dae/model/forms.hpp"
 #include "dae/model/make_model.hpp"
 #include "dae/pencil/pencil_shuffle.hpp"
+#include "expr/generic/generic.hpp"
 #include "expr/graph/declaration.hpp"
-#include "expr/graph/generic.hpp"
 #include "expr/print/print.hpp"
 
 namespace pendula::pencil_test {

@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "expr/generic/generic.hpp"
 #include "expr/graph/angle.hpp"
 #include "expr/graph/derivative.hpp"
-#include "expr/graph/generic.hpp"
 #include "expr/linalg/linalg.hpp"
 #include "expr/print/approximation.hpp"
 #include "expr/print/print.hpp"

@@ -6,8 +6,8 @@
 
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
+#include "expr/generic/generic.hpp"
 #include "expr/graph/derivative.hpp"
-#include "expr/graph/generic.hpp"
 #include "expr/graph/rational.hpp"
 #include "expr/linalg/linalg.hpp"
 

@@ -7,8 +7,8 @@
 #include "codegen/kernel/kernel.hpp"
 #include "dae/rank/modular.hpp"
 #include "dae/rank/rank.hpp"
+#include "expr/generic/generic.hpp"
 #include "expr/graph/derivative.hpp"
-#include "expr/graph/generic.hpp"
 #include "expr/graph/solve.hpp"
 #include "expr/print/print.hpp"
 

@@ -14,7 +14,7 @@
 #include "dae/points/generic_functions.hpp"
 #include "dae/rank/modular.hpp"
 #include "dae/rank/rank_with_gap.hpp"
-#include "expr/graph/generic.hpp"
+#include "expr/generic/generic.hpp"
 #include "expr/print/print.hpp"
 
 namespace pendula::dae {
@@ -116,7 +116,7 @@ void find_points(PointSet& set, const NumericArray& numeric, std::vector<Walker>
     const auto solution = numeric.project(numeric.start(walker.seed, walker.values), known, 0);
     if (!solution) return;
     for (std::size_t j = 0; j < numeric.columns().size(); ++j)
-      walker.values[numeric.columns()[j]] = solution->w[static_cast<Index>(j)];
+      walker.values[numeric.columns()[j]] = solution->w[j];
     const ArrayRanks ranks = numeric.ranks(*solution, known);
     if (ranks.slow && solution->w.cwiseQuotient(numeric.unit()).cwiseAbs().maxCoeff() > near_enough)
       return;  // slow since it runs off
@@ -326,7 +326,7 @@ std::string trouble_at(const Model& m, const std::vector<Expr>& residuals, const
   for (std::size_t j = 0; j < numeric.columns().size(); ++j) {
     const auto it = at.find(numeric.columns()[j]);
     if (it != at.end())
-      w[static_cast<Index>(j)] = it->second;
+      w[j] = it->second;
     else if (j < array.states().size())
       return "";
   }

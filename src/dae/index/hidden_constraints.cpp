@@ -11,7 +11,7 @@
 #include "dae/index/array_conditions.hpp"
 #include "dae/rank/modular.hpp"
 #include "dae/regularise/elimination.hpp"
-#include "expr/graph/generic.hpp"
+#include "expr/generic/generic.hpp"
 #include "expr/print/primes.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"

@@ -6,7 +6,7 @@
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
 #include "dae/pencil/pencil.hpp"
-#include "expr/graph/generic.hpp"
+#include "expr/generic/generic.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
 #include "expr/rewrite/vanishing_parts.hpp"

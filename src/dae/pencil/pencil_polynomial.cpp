@@ -4,8 +4,8 @@
 
 #include "base/error.hpp"
 #include "dae/model/truncated_text.hpp"
+#include "expr/generic/generic.hpp"
 #include "expr/graph/derivative.hpp"
-#include "expr/graph/generic.hpp"
 #include "expr/linalg/linalg.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "expr/generic/generic.hpp"
 #include "expr/graph/derivative.hpp"
-#include "expr/graph/generic.hpp"
 #include "expr/rewrite/rewrite.hpp"
 
 namespace pendula::dae {

@@ -6,8 +6,8 @@
 #include <map>
 
 #include "base/error.hpp"
+#include "expr/generic/generic.hpp"
 #include "expr/graph/declaration.hpp"
-#include "expr/graph/generic.hpp"
 
 namespace pendula::dae {
 namespace {

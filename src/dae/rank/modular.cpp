@@ -6,7 +6,7 @@
 #include <set>
 
 #include "base/interrupt.hpp"
-#include "expr/graph/generic.hpp"
+#include "expr/generic/generic.hpp"
 
 namespace pendula::dae {
 namespace {

@@ -7,10 +7,10 @@
 #include <random>
 
 #include "base/decompositions.hpp"
+#include "expr/generic/generic.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/graph/evaluator.hpp"
-#include "expr/graph/generic.hpp"
 
 namespace pendula::dae {
 namespace {

@@ -17,8 +17,8 @@
 #include "dae/reduce/reduced_forms.hpp"
 #include "dae/regularise/regularise.hpp"
 #include "dae/structure/differentiation.hpp"
+#include "expr/generic/generic.hpp"
 #include "expr/graph/depends_on.hpp"
-#include "expr/graph/generic.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
 

@@ -5,7 +5,7 @@
 
 #include "base/error.hpp"
 #include "dae/rank/definite.hpp"
-#include "expr/graph/generic.hpp"
+#include "expr/generic/generic.hpp"
 #include "expr/graph/solve.hpp"
 
 namespace pendula::dae {

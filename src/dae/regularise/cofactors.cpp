@@ -7,7 +7,7 @@
 
 #include "base/interrupt.hpp"
 #include "dae/regularise/elimination.hpp"
-#include "expr/graph/generic.hpp"
+#include "expr/generic/generic.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
 

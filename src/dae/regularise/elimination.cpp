@@ -13,7 +13,7 @@
 #include "dae/rank/rank.hpp"
 #include "dae/rank/tracked_elimination.hpp"
 #include "dae/structure/signature.hpp"
-#include "expr/graph/generic.hpp"
+#include "expr/generic/generic.hpp"
 #include "expr/print/primes.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
@@ -166,7 +166,7 @@ Step eliminate_constant_rows(Equations& e, const Structure& s, std::vector<std::
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < rows.size(); ++i)
     if (constant[i]) {
-      rows[i].combination[static_cast<int>(i)] = 1;
+      rows[i].combination[i] = 1;
       order.push_back(i);
     }
   const auto& c = s.offsets.c;  // the last row of a combination has the least offset: it may be replaced

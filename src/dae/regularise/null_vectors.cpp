@@ -9,7 +9,7 @@
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
 #include "dae/rank/rank.hpp"
-#include "expr/graph/generic.hpp"
+#include "expr/generic/generic.hpp"
 #include "expr/linalg/linalg.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/tidied.hpp"
@@ -117,7 +117,7 @@ std::optional<Expr> constant_ratio(Expr a, Expr b) {
 
 Scaled scaled(const VecX& u, std::size_t l) {
   Scaled s;
-  const Expr pivot = u[static_cast<Index>(l)];
+  const Expr pivot = u[l];
   for (Expr e : u) s.u.push_back(constant_ratio(e, pivot).value_or(tidied(e / pivot)));
   for (Expr e : s.u)
     for (Expr d : denominators(e))

@@ -6,8 +6,8 @@
 
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
+#include "expr/generic/generic.hpp"
 #include "expr/graph/derivative.hpp"
-#include "expr/graph/generic.hpp"
 #include "expr/graph/rational.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"

@@ -1,14 +1,10 @@
-#include "expr/graph/generic.hpp"
+#include "expr/generic/generic.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
 #include <unordered_map>
 
 #include "base/error.hpp"
+#include "expr/generic/random_point.hpp"
 #include "expr/graph/angle.hpp"
-#include "expr/graph/declaration.hpp"
 #include "expr/graph/node_map.hpp"
 #include "expr/graph/solve.hpp"
 
@@ -16,20 +12,8 @@ namespace pendula::generic {
 namespace {
 
 constexpr std::uint64_t prime = (std::uint64_t{1} << 61) - 1;
-constexpr double solve_error = 1e-12;  // relative; small systems at points where they are not singular
-constexpr int attempts = 16;           // points tried until one lies in the domain
 
 __extension__ using wide = unsigned __int128;
-
-/// splitmix64 of a seed and a name: the same symbol has the same value in every call with the same seed, and
-/// in every session. Applications of one function to different arguments are told apart by their ids.
-std::uint64_t random_bits(std::uint64_t seed, Expr e) {
-  const std::uint64_t who = e.is_symbol() ? name_hash(e) : e.id();
-  std::uint64_t h = seed * 0x9e3779b97f4a7c15ull + who + 0x632be59bd9b4e019ull;
-  h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9ull;
-  h = (h ^ (h >> 27)) * 0x94d049bb133111ebull;
-  return h ^ (h >> 31);
-}
 
 Residue power(Residue base, std::uint64_t n) {
   Residue result{1};
@@ -288,84 +272,6 @@ std::vector<Residue> residues_in_order(std::span<const Expr> outputs, std::span<
   return result;
 }
 
-// ── double precision ──
-
-constexpr double unit = 1.2e-16;  // of rounding
-
-/// A value with a bound on its rounding error (running error analysis: Higham, Accuracy and Stability of
-/// Numerical Algorithms, 2nd ed., §3.3).
-struct Real {
-  double value = 0, error = 0;
-  /// The bound is of first order and library functions round worse than arithmetic: hence the factor.
-  bool is_zero() const { return std::fabs(value) <= 16 * error; }
-};
-
-/// exp(-800) is not 0, nor is 1/cosh(800): what lies outside the range of doubles.
-bool is_out_of_range(Op op, double value, const std::array<Real, 3>& x, int arity) {
-  if (std::fabs(value) >= std::numeric_limits<double>::min()) return false;
-  if (op != Op::exp && op != Op::mul && op != Op::div && op != Op::pow) return false;
-  return std::all_of(x.begin(), x.begin() + arity,
-                     [&](const Real& r) { return r.value != 0 || op == Op::exp; });
-}
-
-/// An operation with its rounding and the operands' errors times the slopes; NaN outside the range of doubles.
-Real operation(Op op, const std::array<Real, 3>& x, int arity) {
-  const double value = apply(op, x[0].value, x[1].value, x[2].value);
-  if (is_out_of_range(op, value, x, arity)) return {std::numeric_limits<double>::quiet_NaN(), 0};
-  double error = unit * std::fabs(value);
-  for (int i = 0; i < arity; ++i) {
-    if (x[i].error == 0) continue;
-    std::array<double, 3> moved = {x[0].value, x[1].value, x[2].value};
-    const double h = std::max(x[i].error, 1e-7 * std::max(std::fabs(moved[i]), 1e-3));
-    moved[i] += h;
-    const double slope = (apply(op, moved[0], moved[1], moved[2]) - value) / h;
-    if (std::isfinite(slope)) error += std::fabs(slope) * x[i].error;
-  }
-  return {value, error};
-}
-
-Real real_at(Expr e, std::uint64_t seed) {
-  static NodeMap<Real> values;
-  values.clear();
-  std::unordered_map<Expr, std::vector<double>> solutions;
-  for (Expr node : topological({&e, 1})) {
-    if (node.is_constant() || (node.is_symbol() && symbol_of(node).kind == Kind::constant)) {
-      const double value = constant_value(node.is_constant() ? node : *symbol_of(node).value);
-      values[node] = {value, unit * std::fabs(value)};
-    } else if (node.is_symbol() || node.op() == Op::call || node.op() >= end_op) {
-      // Around 1 at first, where roots and logarithms are defined; every other point lies in (-1, 1).
-      const double u = static_cast<double>(random_bits(seed, node) >> 11) * 0x1p-53;
-      values[node] = {seed % 2 == 0 ? 0.5 + u : 2 * u - 1, 0};
-    } else if (node.op() == Op::solve) {
-      if (component_of(node) == 0)
-        solutions[node] = solution_value(node, [](Expr operand) { return values[operand].value; });
-      const double value = solutions[head_of(node)][component_of(node)];
-      values[node] = {value, solve_error * std::fabs(value)};
-    } else {
-      std::array<Real, 3> x;
-      const auto operands = node.operands();
-      for (std::size_t i = 0; i < operands.size(); ++i) x[i] = values[operands[i]];
-      values[node] = operation(node.op(), x, static_cast<int>(operands.size()));
-    }
-  }
-  return values[e];
-}
-
-/// Does a number stand there, with roots, π or functions of numbers in it?
-bool is_number(Expr e) {
-  for (Expr node : topological({&e, 1}))
-    if (node.op() == Op::call || (node.is_symbol() && symbol_of(node).kind != Kind::constant)) return false;
-  return true;
-}
-
-/// Functions that are drawn or folded above without all their identities.
-bool has_other_functions(Expr e) {
-  for (Expr node : topological({&e, 1}))
-    if (node.op() > Op::pow && node.op() != Op::sin && node.op() != Op::cos && node.op() != Op::exp)
-      return true;
-  return false;
-}
-
 }  // namespace
 
 Residue operator+(Residue a, Residue b) { return {(a.value + b.value) % prime}; }
@@ -432,20 +338,6 @@ bool decided_by_residues(std::span<const Expr> outputs, bool pieces) {
     }
   }
   return true;
-}
-
-bool is_zero(Expr e) {
-  if (e.is_constant()) return constant_value(e) == 0;
-  if (residues({&e, 1})[0].is_zero()) return true;
-  if (!has_other_functions(e) && !is_number(e)) return false;
-  int finite = 0;
-  for (std::uint64_t seed = 2; seed < 2 + attempts && finite < 4; ++seed) {
-    const Real r = real_at(e, seed);
-    if (!std::isfinite(r.value)) continue;
-    ++finite;
-    if (!r.is_zero()) return false;
-  }
-  return finite > 0;
 }
 
 }  // namespace pendula::generic
