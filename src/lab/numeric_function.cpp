@@ -83,8 +83,7 @@ struct Curvature {
 std::string culprit(const std::vector<Expr>& r, const Arguments& arguments, const Vec& x) {
   Values point;
   for (std::size_t j = 0; j < arguments.leaves.size(); ++j)
-    point[arguments.leaves[j]] =
-        j < static_cast<std::size_t>(x.size()) ? x[static_cast<Index>(j)] : arguments.values[j];
+    point[arguments.leaves[j]] = j < static_cast<std::size_t>(x.size()) ? x[j] : arguments.values[j];
   for (std::size_t i = 0; i < r.size(); ++i)
     if (const auto node = first_undefined(r[i], point)) {
       std::vector<std::string> where;

@@ -87,7 +87,7 @@ Mat rounded_matrix(const RealMatrix& M) {
 
 Vec rounded_vector(const RealVector& v) {
   Vec result(static_cast<Eigen::Index>(v.size()));
-  for (std::size_t i = 0; i < v.size(); ++i) result[static_cast<Eigen::Index>(i)] = rounded_coefficient(v[i]);
+  for (std::size_t i = 0; i < v.size(); ++i) result[i] = rounded_coefficient(v[i]);
   return result;
 }
 

@@ -190,7 +190,7 @@ void draw_rules(Canvas& canvas, const Frame& f) {
   const Clip clip = f.clip();
   Pen pen{faint, {4, 4}};
   for (const Rule& rule : f.figure.rules) {
-    if (f.figure.axes[static_cast<size_t>(rule.axis)].log && rule.at <= 0) continue;
+    if (f.figure.axes[rule.axis].log && rule.at <= 0) continue;
     pen.travelled = 0;
     if (rule.axis == 1) {
       const double y = f.y(rule.at);

@@ -170,7 +170,7 @@ std::string shortened(std::string_view utf8, int width) {
   std::string out;
   const bool fits = static_cast<int>(all.size()) <= width;
   const int keep = fits ? static_cast<int>(all.size()) : std::max(0, width - 1);
-  for (int k = 0; k < keep; ++k) out += all[static_cast<size_t>(k)];
+  for (int k = 0; k < keep; ++k) out += all[k];
   return fits || width < 1 ? out : out + "…";
 }
 

@@ -33,7 +33,7 @@ int room_for_lines(const Figure& f) {
 }
 
 std::string axis_lines(const Figure& f, int a) {
-  const Axis& axis = f.axes[static_cast<size_t>(a)];
+  const Axis& axis = f.axes[a];
   const Range r = visible(f, a);
   const Ticks t = ticks(axis, r, a == 0 ? room_for_numbers(f) : room_for_lines(f));
   const std::string name = gnuplot_axes[a];
@@ -83,14 +83,14 @@ std::string key_lines(const Figure& f) {
 std::string dash_of(const Series& s, size_t k) {
   static const char* const dashes[] = {"", " dashtype 2", " dashtype 3", " dashtype 4"};
   static const char* const named[] = {"", "", " dashtype (9,6)", " dashtype (2,4)", " dashtype (9,5,2,5)"};
-  return s.dash == Dash::automatic ? dashes[k / 7 % 4] : named[static_cast<size_t>(s.dash)];
+  return s.dash == Dash::automatic ? dashes[k / 7 % 4] : named[static_cast<int>(s.dash)];
 }
 
 std::string mark_of(const Series& s, size_t k) {
   static const int marks[] = {7, 9, 5, 13, 6, 8, 4, 12};
   static const int named[] = {0, 7, 6, 5, 4, 9, 13, 1, 2};  // in the order of Mark
   if (s.mark == Mark::automatic) return text(" pointtype ", marks[k % 8], " pointsize 0.6");
-  return text(" pointtype ", named[static_cast<size_t>(s.mark)], " pointsize 1.1 linewidth 1.8");
+  return text(" pointtype ", named[static_cast<int>(s.mark)], " pointsize 1.1 linewidth 1.8");
 }
 
 /// Few dots can be seen, many do not cover each other.

@@ -79,8 +79,8 @@ void add_box(Picture& picture, const View& view, const std::array<Ticks, 3>& num
   }
   for (int axis = 0; axis < 3; ++axis) {
     auto from = view.numbered_edge(axis), to = from;
-    from[static_cast<size_t>(axis)] = -1;
-    to[static_cast<size_t>(axis)] = 1;
+    from[axis] = -1;
+    to[axis] = 1;
     segment(edges, view.corner(from), view.corner(to));
   }
   picture.add(walls,
@@ -235,12 +235,10 @@ std::string solid_script(const Figure& f) {
   const double letters = f.size[1] > 0 ? std::max(1.0, 640.0 / f.size[1]) : 1.0;
   for (int a = 0; a < 3; ++a) {
     const int count = std::clamp(static_cast<int>(7 * view.side(a) / letters), 2, 6);
-    numbers[static_cast<size_t>(a)] = ticks(f.axes[static_cast<size_t>(a)], view.range(a), count);
+    numbers[a] = ticks(f.axes[a], view.range(a), count);
   }
   add_box(picture, view, numbers);
-  for (int a = 0; a < 3; ++a)
-    add_axis(picture, view, a, f.axes[static_cast<size_t>(a)].label, numbers[static_cast<size_t>(a)],
-             letters);
+  for (int a = 0; a < 3; ++a) add_axis(picture, view, a, f.axes[a].label, numbers[a], letters);
 
   std::vector<Block> seen;
   for (size_t k = 0; k < f.series.size(); ++k) {

@@ -122,7 +122,7 @@ std::vector<Index> thinned(const Figure& f, const Series& s) {
   Range range[3];
   for (int a = 0; a < axes; ++a) range[a] = visible(f, a);
   const auto place = [&](Index i, int a) {
-    return fraction(f.axes[static_cast<size_t>(a)], range[a], a == 0 ? s.x[i] : a == 1 ? s.y[i] : s.z[i]);
+    return fraction(f.axes[a], range[a], a == 0 ? s.x[i] : a == 1 ? s.y[i] : s.z[i]);
   };
   double last[3] = {0, 0, 0};
   Index skipped = -1;

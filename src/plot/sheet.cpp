@@ -55,7 +55,7 @@ Look look(const Figure& figure, size_t k, Palette palette) {
   Look l;
   static const char* const named[] = {"", "●", "○", "■", "□", "▲", "◆", "+", "×"};  // in the order of Mark
   const Mark mark = figure.series[k].mark;
-  l.mark = mark == Mark::automatic ? marks[k % 8] : named[static_cast<size_t>(mark)];
+  l.mark = mark == Mark::automatic ? marks[k % 8] : named[static_cast<int>(mark)];
   if (palette == Palette::none) {
     l.pen.dashes = dash_patterns[k % 4];
     l.marked = k >= 4;

@@ -10,7 +10,7 @@ namespace pendula::plot {
 View::View(const Figure& figure) {
   double longest = 0;
   for (int a = 0; a < 3; ++a) {
-    ranges_[static_cast<size_t>(a)] = visible(figure, a);
+    ranges_[a] = visible(figure, a);
     longest = std::max(longest, range(a).span());
   }
   const Point3 brick{1.0, 1.0, 0.75};

@@ -34,8 +34,8 @@ class View {
   /// Box ends (-1, +1) of the edge that carries the numbers
   /// of an axis: low and outside. The entry of the axis is 0.
   std::array<int, 3> numbered_edge(int axis) const;
-  const Range& range(int axis) const { return ranges_[static_cast<size_t>(axis)]; }
-  double side(int axis) const { return side_[static_cast<size_t>(axis)]; }
+  const Range& range(int axis) const { return ranges_[axis]; }
+  double side(int axis) const { return side_[axis]; }
   Extent extent() const;
   Seen rotated(const Point3& box) const;
 

@@ -131,7 +131,7 @@ Factors write_factors(Writer& writer, Arithmetic& w, const Elimination& order,
         entry = w.minus(entry, factor, rows[kk][j]);
       }
     }
-    reciprocal[i] = w.inverse(rows[i][static_cast<int>(i)]);
+    reciprocal[i] = w.inverse(rows[i][i]);
     for (int j : order.upper[i]) result.upper.push_back(w.times(rows[i][j], reciprocal[i]));
     result.upper.push_back(reciprocal[i]);
   }

@@ -58,8 +58,7 @@ class SizesWithout {
       if (symbol_of(leaf).kind == Kind::variable) unknowns.push_back(leaf);
     const Magnitudes m = magnitudes(residuals, residuals.size(), unknowns, {}, {});
     rows_ = m.rows;
-    for (std::size_t j = 0; j < unknowns.size(); ++j)
-      values_[unknowns[j]] *= m.unknowns[static_cast<Eigen::Index>(j)];
+    for (std::size_t j = 0; j < unknowns.size(); ++j) values_[unknowns[j]] *= m.unknowns[j];
   }
 
   /// Is the change of a residual by a constant more than a rounding error of its largest term? What small constants alone

@@ -167,7 +167,7 @@ ModelPtr to_first_order(const ModelPtr& model) {
       const std::vector<Expr> v = new_variable_like(g, name);
       Block tie{VecX(static_cast<Index>(v.size())), column(v), ""};
       for (std::size_t i = 0; i < v.size(); ++i) {
-        tie.lhs[static_cast<Index>(i)] = derivative_leaf(below[i]);
+        tie.lhs[i] = derivative_leaf(below[i]);
         lower[derivative_leaf(g.leaves[i], k)] = v[i];
         if (k + 1 == g.order) lower[derivative_leaf(g.leaves[i], g.order)] = derivative_leaf(v[i]);
       }
@@ -237,8 +237,7 @@ static std::optional<std::vector<Block>> solved_form(const Model& m) {
   for (const Group& g : groups(m)) {
     if (g.order == 0) continue;
     Block b{derivative(column(g.leaves)), VecX(static_cast<Index>(g.leaves.size())), ""};
-    for (std::size_t i = 0; i < g.leaves.size(); ++i)
-      b.rhs[static_cast<Index>(i)] = simplify(f.at(g.leaves[i]));
+    for (std::size_t i = 0; i < g.leaves.size(); ++i) b.rhs[i] = simplify(f.at(g.leaves[i]));
     blocks.push_back(by_terms(std::move(b)));
   }
   if (fo.g.empty()) return blocks;
@@ -362,7 +361,7 @@ ModelPtr to_semi_explicit(const ModelPtr& given) {
     Block tie{VecX(static_cast<Index>(d.size())), column(d), ""};
     for (std::size_t i = 0; i < d.size(); ++i) {
       const Expr derivative = derivative_leaf(g.leaves[i]);
-      tie.lhs[static_cast<Index>(i)] = derivative;
+      tie.lhs[i] = derivative;
       known[derivative] = options.relations[derivative] = d[i];
     }
     options.trace.push_back("Introduce the algebraic variable " + column_text(tie.rhs) + " = " +

@@ -115,8 +115,7 @@ NumericArray NumericArray::with_columns(std::vector<Expr> order) const {
   NumericArray other = *this;
   other.evaluator_.reset();
   for (Entry& e : other.entries_) e.column = place.at(columns_[e.column]);
-  for (std::size_t j = 0; j < columns_.size(); ++j)
-    other.unit_[place.at(columns_[j])] = unit_[static_cast<Index>(j)];
+  for (std::size_t j = 0; j < columns_.size(); ++j) other.unit_[place.at(columns_[j])] = unit_[j];
   other.columns_ = std::move(order);
   return other;
 }
@@ -156,13 +155,13 @@ void NumericArray::measure(Units units, const std::unordered_map<Expr, double>& 
     for (int order = symbol_of(columns_[j]).order; order >= 0 && !measured.count(columns_[j]); --order) {
       const auto lower = column.find(derivative_leaf(symbol_of(columns_[j]).base, order));
       if (lower == column.end() || !measured.count(lower->first)) continue;
-      m.unknowns[static_cast<Index>(j)] = m.unknowns[lower->second];
+      m.unknowns[j] = m.unknowns[lower->second];
       break;
     }
   if (units == Units::far_from_one && m.unknowns.maxCoeff() < usual && m.unknowns.minCoeff() > 1 / usual)
     return;
   unit_ = std::move(m.unknowns);
-  for (std::size_t k = 0; k < place.size(); ++k) row_unit_[place[k]] = m.rows[static_cast<Index>(k)];
+  for (std::size_t k = 0; k < place.size(); ++k) row_unit_[place[k]] = m.rows[k];
 }
 
 Vec NumericArray::start(int seed, const std::unordered_map<Expr, double>& continued) const {
@@ -177,7 +176,7 @@ Vec NumericArray::start(int seed, const std::unordered_map<Expr, double>& contin
     const double fraction = std::fmod((who + 1) * golden * (seed + 1), 1.0);
     const auto it = continued.find(columns_[j]);
     const double fresh = seed % 3 == 0 ? std::min(0.3, size) + size * fraction : size * (2 * fraction - 1);
-    w[static_cast<Index>(j)] = it != continued.end() ? it->second : fresh * unit_[static_cast<Index>(j)];
+    w[j] = it != continued.end() ? it->second : fresh * unit_[j];
   }
   return w;
 }

@@ -126,7 +126,7 @@ std::optional<ConsistentPointRank::Point> ConsistentPointRank::point(int seed, c
   Vec from = size * starting_point(numeric, seed);
   for (std::size_t j = 0; j < columns.size(); ++j)
     if (std::find(variables_.begin(), variables_.end(), symbol_of(columns[j]).base) == variables_.end())
-      from[static_cast<Index>(j)] = std::fabs(from[static_cast<Index>(j)]);
+      from[j] = std::fabs(from[j]);
   const auto at = numeric.project(std::move(from), known, held);
   if (!at || (at->slow && at->w.cwiseQuotient(numeric.unit()).cwiseAbs().maxCoeff() >= near_enough))
     return {};
@@ -143,7 +143,7 @@ Vec ConsistentPointRank::leading_units(const std::vector<Expr>& columns, const V
   for (std::size_t j = 0; j < variables_.size(); ++j) {
     const Expr leaf = derivative_leaf(variables_[j], offsets_.d[j]);
     const auto at = std::find(columns.begin(), columns.end(), leaf);
-    if (at != columns.end()) result[static_cast<Index>(j)] = unit[at - columns.begin()];
+    if (at != columns.end()) result[j] = unit[at - columns.begin()];
   }
   return result;
 }
@@ -206,7 +206,7 @@ std::optional<std::unordered_map<Expr, double>> ConsistentPointRank::consistent_
   const auto at = staged_values(seed, NumericArray(rows_, columns));
   if (!at || at->slow) return {};
   std::unordered_map<Expr, double> values = at->known;
-  for (std::size_t j = 0; j < columns.size(); ++j) values[columns[j]] = at->w[static_cast<Index>(j)];
+  for (std::size_t j = 0; j < columns.size(); ++j) values[columns[j]] = at->w[j];
   return values;
 }
 

@@ -124,7 +124,7 @@ bool ConstraintPositions::all_hold(const Vec& at, const Known& known) const {
 double ConstraintPositions::driven_speed(const NumericArray& kept, const std::vector<int>& rows,
                                          const Vec& at, const Known& known) const {
   Known here = known;
-  for (std::size_t j = 0; j < q_.size(); ++j) here[q_[j]] = at[static_cast<Index>(j)];
+  for (std::size_t j = 0; j < q_.size(); ++j) here[q_[j]] = at[j];
   std::vector<Expr> slopes;
   for (int i : rows) slopes.push_back(partial(C_[i], time_symbol()));
   const std::vector<double> values = evaluate(slopes, here);
@@ -195,14 +195,14 @@ ConstraintRank ConstraintPositions::judge(const Vec& at, const Known& known) con
     return found;
   found.verdict = Verdict::implied;
   found.position = known;
-  for (std::size_t j = 0; j < q_.size(); ++j) found.position[q_[j]] = exact->w[static_cast<Index>(j)];
+  for (std::size_t j = 0; j < q_.size(); ++j) found.position[q_[j]] = exact->w[j];
   return found;
 }
 
 ConstraintRank ConstraintPositions::near(const std::unordered_map<Expr, double>& values) const {
   Vec from = Vec::Zero(static_cast<Index>(q_.size()));
   for (std::size_t j = 0; j < q_.size(); ++j)
-    if (const auto it = values.find(q_[j]); it != values.end()) from[static_cast<Index>(j)] = it->second;
+    if (const auto it = values.find(q_[j]); it != values.end()) from[j] = it->second;
   Known given = all_.known(0);
   for (auto& [leaf, value] : given)
     if (const auto it = values.find(leaf); it != values.end()) value = it->second;

@@ -312,7 +312,7 @@ std::optional<Magnitudes> SizeEquations::operator()(std::span<const double> valu
   Magnitudes result{log_unit.cwiseMin(largest).cwiseMax(-largest).array().exp(),
                     Vec(static_cast<Index>(p.rows.size()))};
   for (std::size_t i = 0; i < p.rows.size(); ++i)
-    result.rows[static_cast<Index>(i)] = row_unit(p.rows[i], p.constants.value, log_unit);
+    result.rows[i] = row_unit(p.rows[i], p.constants.value, log_unit);
   return result;
 }
 

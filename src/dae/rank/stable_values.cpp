@@ -13,7 +13,7 @@ StableValues evaluate_stable(const Evaluator& outputs, const Vec& w, std::span<c
   moved = here;
   for (std::size_t j = 0; j < static_cast<std::size_t>(w.size()); ++j) {
     const double part = std::fmod((static_cast<double>(j) + 1) * golden, 1.0);
-    const double small = unit.size() ? std::min(unit[static_cast<Eigen::Index>(j)], 1.0) : 1;
+    const double small = unit.size() ? std::min(unit[j], 1.0) : 1;
     moved[j] += (0.5 + part) * 1e-10 * (std::fabs(here[j]) + 0.01 * small);
   }
   auto values = outputs(here);

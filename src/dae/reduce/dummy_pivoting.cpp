@@ -177,14 +177,14 @@ DummyPivoting::DummyPivoting(const ModelPtr& source) : model_(source), analysis_
   const NumericArray equations(DerivativeArray(residuals_at_values(*source), source->variables));
   std::unordered_map<Expr, double> size;
   for (std::size_t j = 0; j < equations.columns().size(); ++j)
-    size[equations.columns()[j]] = equations.unit()[static_cast<Index>(j)];
+    size[equations.columns()[j]] = equations.unit()[j];
   unit_ = Vec::Ones(static_cast<Index>(source->variables.size()));
   // Of the highest derivative, which is what an equation is solved for: in nanometres a velocity that is known from its
   // derivative alone has no unit of its own.
   for (std::size_t j = 0; j < source->variables.size(); ++j)
     for (int order = analysis_.offsets.d[j]; order >= 0; --order)
       if (const auto it = size.find(derivative_leaf(source->variables[j].leaf, order)); it != size.end()) {
-        unit_[static_cast<Index>(j)] = it->second;
+        unit_[j] = it->second;
         break;
       }
 }
@@ -194,7 +194,7 @@ std::unordered_map<Expr, double> DummyPivoting::generic_point(bool in_units_near
   const NumericArray equations(DerivativeArray(residuals_at_values(*model_), model_->variables), units);
   std::unordered_map<Expr, double> unit;
   for (std::size_t j = 0; j < equations.columns().size(); ++j)
-    unit[equations.columns()[j]] = equations.unit()[static_cast<Index>(j)];
+    unit[equations.columns()[j]] = equations.unit()[j];
   auto point = random_point(slopes, 0);
   for (auto& [leaf, value] : point) {
     if (!leaf.is_symbol()) continue;

@@ -90,8 +90,7 @@ class StagedPoints {
     for (const NumericArray& stage : stages_) {
       at = stage.project(stage.start(seed, values), known_values(stage, model_, seed, values), held);
       if (!at) return {};
-      for (std::size_t j = 0; j < stage.columns().size(); ++j)
-        values[stage.columns()[j]] = at->w[static_cast<Index>(j)];
+      for (std::size_t j = 0; j < stage.columns().size(); ++j) values[stage.columns()[j]] = at->w[j];
     }
     return at;
   }
@@ -376,7 +375,7 @@ std::unordered_map<Expr, double> values_at_regular_point(const Model& m, int ord
   const auto at = regular_point(m, order, {});
   if (!at) return {};
   auto values = at->known;
-  for (std::size_t j = 0; j < at->columns.size(); ++j) values[at->columns[j]] = at->w[static_cast<Index>(j)];
+  for (std::size_t j = 0; j < at->columns.size(); ++j) values[at->columns[j]] = at->w[j];
   return values;
 }
 
@@ -390,7 +389,7 @@ std::unordered_map<Expr, double> derivatives_near(const ModelPtr& array,
   for (int seed = 0; seed < trials && found.empty(); ++seed)
     if (const auto at = stages.point(seed, point, states))
       for (std::size_t j = 0; j < stages.columns().size(); ++j)
-        found[resolve(*array, stages.columns()[j])] = at->w[static_cast<Index>(j)];
+        found[resolve(*array, stages.columns()[j])] = at->w[j];
   return found;
 }
 

@@ -104,8 +104,7 @@ std::vector<Block> with_derivatives(const Model& m, const Offsets& o, std::vecto
     std::vector<Expr> residual(m.residuals.begin() + static_cast<std::ptrdiff_t>(first),
                                m.residuals.begin() + static_cast<std::ptrdiff_t>(first + size));
     for (std::size_t r = 0; r < size; ++r)  // 0 = C reads better than 0 = -C
-      if (m.blocks[b].lhs[static_cast<Index>(r)].is_zero())
-        residual[r] = m.blocks[b].rhs[static_cast<Index>(r)];
+      if (m.blocks[b].lhs[r].is_zero()) residual[r] = m.blocks[b].rhs[r];
     for (int k = 1; k <= most; ++k) {
       std::vector<Expr> rows;
       std::vector<std::string> labels;

@@ -259,9 +259,9 @@ ModelPtr reduce_ode(const ModelPtr& model) {
     Block block{VecX(static_cast<Index>(g.leaves.size())), VecX(static_cast<Index>(g.leaves.size())), ""};
     for (std::size_t i = 0; i < g.leaves.size(); ++i) {
       const Expr top = derivative_leaf(g.leaves[i], g.order);
-      block.lhs[static_cast<Index>(i)] = top;
+      block.lhs[i] = top;
       const Expr f = e.solved.at(top);
-      block.rhs[static_cast<Index>(i)] = low->variables.size() <= 12 ? readable(f) : f;
+      block.rhs[i] = low->variables.size() <= 12 ? readable(f) : f;
       options.x.push_back(g.leaves[i]);
     }
     blocks.push_back(std::move(block));

@@ -71,7 +71,7 @@ std::unordered_map<Expr, double> units(const Model& m) {
   const NumericArray equations(DerivativeArray(residuals_at_values(m), m.variables));
   std::unordered_map<Expr, double> size;
   for (std::size_t j = 0; j < equations.columns().size(); ++j)
-    size[equations.columns()[j]] = equations.unit()[static_cast<Index>(j)];
+    size[equations.columns()[j]] = equations.unit()[j];
   return size;
 }
 
@@ -193,7 +193,7 @@ double project(const Model& model, std::unordered_map<Expr, double>& values) {
       double size = 0;
       for (std::size_t j = 0; j < p.unknowns.size(); ++j) {
         double& x = values[p.unknowns[j]];
-        x += step[static_cast<Index>(j)];
+        x += step[j];
         size = std::max(size, std::fabs(x));
       }
       const double move = step.size() ? step.cwiseAbs().maxCoeff() : 0;

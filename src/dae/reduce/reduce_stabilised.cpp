@@ -78,10 +78,9 @@ class MultiplierUnits {
     for (const Variable& v : first.variables)
       for (int k = 0; k <= v.order; ++k) columns.push_back(derivative_leaf(v.leaf, k));
     const NumericArray numeric(rows, columns);
-    for (std::size_t j = 0; j < columns.size(); ++j)
-      position_[columns[j]] = decades(numeric.unit()[static_cast<Index>(j)]);
+    for (std::size_t j = 0; j < columns.size(); ++j) position_[columns[j]] = decades(numeric.unit()[j]);
     for (std::size_t k = 0; k < positions.size(); ++k)
-      constraint_.push_back(decades(numeric.row_unit()[static_cast<Index>(first.residuals.size() + k)]));
+      constraint_.push_back(decades(numeric.row_unit()[first.residuals.size() + k]));
   }
 
   /// (∂C_k/∂q)ᵀ μ_k in these units: μ_k has none.
@@ -185,7 +184,7 @@ ModelPtr reduce_ggl(const ModelPtr& model) {
   VecX velocity(static_cast<Index>(positions.size()));
   std::vector<std::string> below;
   for (std::size_t k = 0; k < positions.size(); ++k) {
-    velocity[static_cast<Index>(k)] = positions[k].below[1].residual;
+    velocity[k] = positions[k].below[1].residual;
     below.push_back(positions[k].below[0].label);
   }
   blocks.push_back({VecX::Zero(velocity.size()), velocity, text("d/dt of ", join(below, ", "))});
@@ -250,8 +249,7 @@ Expr own_time(const Model& m, const std::vector<Chain>& list) {
     if (symbol_of(leaf).kind == Kind::variable) columns.push_back(leaf);
   const NumericArray numeric(rows, columns);
   std::unordered_map<Expr, double> size;  // its logarithm to the base 10
-  for (std::size_t j = 0; j < columns.size(); ++j)
-    size[columns[j]] = std::log10(numeric.unit()[static_cast<Index>(j)]);
+  for (std::size_t j = 0; j < columns.size(); ++j) size[columns[j]] = std::log10(numeric.unit()[j]);
   std::vector<double> decades;
   for (Expr x : constrained)
     if (const Expr slope = derivative_leaf(x); size.count(x) && size.count(slope))

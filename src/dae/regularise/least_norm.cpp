@@ -75,7 +75,7 @@ void add_least_norm(const LeastNorm& least, const std::string& note,
   for (std::size_t k = 0; k < excess.size(); ++k) {
     options.start_values.push_back({excess[k], Expr(0)});
     // behind a position where the chosen constraints depend on each other, they allow what the others do not
-    const Expr size = squared_size(least.left_out[static_cast<Index>(k)], least.sizes);
+    const Expr size = squared_size(least.left_out[k], least.sizes);
     options.events.push_back({excess[k] * excess[k] - Expr(failing * failing) * size, 1, true, {}});
   }
   for (const auto* made : {&y, &excess})

@@ -131,7 +131,7 @@ class Saddle {
         const std::vector<Expr> put = at_values({&value, 1}, values_);
         if (own >= 0 || !put[0].is_constant()) return false;
         own = j;
-        mass_[static_cast<int>(i)] = constant_value(put[0]);
+        mass_[i] = constant_value(put[0]);
       }
       if (own < 0 || place_.count(own)) return false;
       place_[own] = static_cast<int>(i);

@@ -124,7 +124,7 @@ std::vector<WayOn> ways_of(const std::vector<Cluster>& found, const Order& order
   std::vector<WayOn> ways;
   for (const Cluster& c : found) {
     WayOn way{"", point, {}, ""};
-    for (std::size_t j = states; j < all.size(); ++j) way.values[all[j]] = c.point[static_cast<Index>(j)];
+    for (std::size_t j = states; j < all.size(); ++j) way.values[all[j]] = c.point[j];
     name_by(way, differing(c, found, order.leaves, size), check);
     ways.push_back(std::move(way));
   }
@@ -150,8 +150,7 @@ std::optional<SolvedArray> solved_near(const NumericArray& numeric, Index held, 
   const auto& columns = numeric.columns();
   Vec w = Vec::Zero(static_cast<Index>(columns.size()));
   for (std::size_t j = 0; j < columns.size(); ++j)
-    if (const auto given = values.find(columns[j]); given != values.end())
-      w[static_cast<Index>(j)] = given->second;
+    if (const auto given = values.find(columns[j]); given != values.end()) w[j] = given->second;
   const auto at = numeric.project(w, known, held, negligible);
   if (!at) return {};
   const Mat J = numeric.jacobian(at->w, known).unaryExpr([&](double v) {

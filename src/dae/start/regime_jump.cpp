@@ -260,7 +260,7 @@ struct Rest {
 };
 
 PointValues moved(PointValues values, const FirstOrder& form, const Vec& change) {
-  for (std::size_t i = 0; i < form.x.size(); ++i) values[form.x[i]] += change[static_cast<Eigen::Index>(i)];
+  for (std::size_t i = 0; i < form.x.size(); ++i) values[form.x[i]] += change[i];
   return values;
 }
 

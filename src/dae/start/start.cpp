@@ -248,7 +248,7 @@ ConsistentStatePtr init(const ModelPtr& model, const StartRequest& request) {
   at->values = s.point(solution.w);
   const std::vector<char> exact = s.fixed();
   for (std::size_t j = 0; j < s.unknowns.size(); ++j)
-    if (!exact[j]) at->units[s.unknowns[j]] = s.unit[static_cast<Index>(j)];
+    if (!exact[j]) at->units[s.unknowns[j]] = s.unit[j];
   if (request.nearest) at->moved = moved_values(s, solution.w);
   for (const auto& [leaf, value] : request.inputs)
     at->values[leaf] = pendula::evaluate({&value, 1}, at->values)[0];

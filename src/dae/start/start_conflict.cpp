@@ -142,7 +142,7 @@ Conflict smallest_conflict(const StartSystem& s, const StartSolution& failed) {
   for (std::size_t i = s.first_fix; i < s.rows.size(); ++i) candidates.push_back(i);
   if (candidates.size() > most_trials)  // where the least-squares solution leaves nothing, nothing conflicts
     std::erase_if(candidates, [&](std::size_t i) {
-      const bool quiet = !takes_part(failed.residual[static_cast<Index>(i)]);
+      const bool quiet = !takes_part(failed.residual[i]);
       if (quiet) selection.rows[i] = 0;
       return quiet;
     });
@@ -167,7 +167,7 @@ Conflict smallest_conflict(const StartSystem& s, const StartSolution& failed) {
   for (std::size_t i = s.first_fix; i < s.rows.size(); ++i)
     if (selection.rows[i]) conflict.fixes.push_back(i);
   for (std::size_t i = 0; i < s.first_fix; ++i)
-    if (takes_part(least.residual[static_cast<Index>(i)])) conflict.equations.push_back(i);
+    if (takes_part(least.residual[i])) conflict.equations.push_back(i);
   if (conflict.equations.size() > most_trials) return conflict;
   const auto all = conflict.equations;
   for (auto i = all.rbegin(); i != all.rend(); ++i) {  // what was written by the user stays longest

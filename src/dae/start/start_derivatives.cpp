@@ -46,8 +46,7 @@ class Extension {
       const Eigen::CompleteOrthogonalDecomposition<Mat> decomposition(J);
       const Vec d = decomposition.solve(Vec(-scale.rows.cwiseProduct(residual())));
       if (!d.allFinite()) return {};
-      for (std::size_t i = 0; i < unknowns_.size(); ++i)
-        point_[unknowns_[i]] += d[static_cast<Index>(i)] * scale.columns[static_cast<Index>(i)];
+      for (std::size_t i = 0; i < unknowns_.size(); ++i) point_[unknowns_[i]] += d[i] * scale.columns[i];
       const Vec x = point().cwiseQuotient(scale.columns);
       if (step < steps && d.norm() > accuracy * x.norm()) continue;
       if (!determined(decomposition, J, places) || !solved(J, x, scale.rows.cwiseProduct(residual())))
@@ -62,7 +61,7 @@ class Extension {
  private:
   Vec point() const {
     Vec x(static_cast<Index>(unknowns_.size()));
-    for (std::size_t i = 0; i < unknowns_.size(); ++i) x[static_cast<Index>(i)] = point_.at(unknowns_[i]);
+    for (std::size_t i = 0; i < unknowns_.size(); ++i) x[i] = point_.at(unknowns_[i]);
     return x;
   }
   Vec residual() const {

@@ -108,8 +108,7 @@ class Nearest {
 
   Mat hessian(const Vec& w, const Vec& lambda) const {
     auto point = s_.point(w);
-    for (std::size_t i = 0; i < multipliers_.size(); ++i)
-      point[multipliers_[i]] = lambda[static_cast<Index>(i)] / s_.row_unit[static_cast<Index>(i)];
+    for (std::size_t i = 0; i < multipliers_.size(); ++i) point[multipliers_[i]] = lambda[i] / s_.row_unit[i];
     const auto values = pendula::evaluate(second_, point);
     Mat H = Mat::Zero(n_, n_);
     for (std::size_t k = 0; k < values.size(); ++k)

@@ -105,8 +105,7 @@ Continuation smooth_continuation(const StartSystem& s, const Vec& w) {
       value = it->second;
     }
     Vec start = Vec::Zero(static_cast<Index>(columns.size()));
-    for (std::size_t j = 0; j < states.size() + asked.size(); ++j)
-      start[static_cast<Index>(j)] = point.at(columns[j]);
+    for (std::size_t j = 0; j < states.size() + asked.size(); ++j) start[j] = point.at(columns[j]);
     const auto held = static_cast<Index>(states.size());
     const auto solution = numeric.project(start, known, held);
     if (!solution) return {};

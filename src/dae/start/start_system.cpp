@@ -342,7 +342,7 @@ std::vector<double> StartSystem::leaf_values(const Vec& w) const {
 
 std::unordered_map<Expr, double> StartSystem::point(const Vec& w) const {
   auto p = known;
-  for (std::size_t j = 0; j < unknowns.size(); ++j) p[unknowns[j]] = w[static_cast<Index>(j)];
+  for (std::size_t j = 0; j < unknowns.size(); ++j) p[unknowns[j]] = w[j];
   return p;
 }
 

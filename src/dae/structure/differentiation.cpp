@@ -100,10 +100,8 @@ class Differentiation {
     const bool whole = uniform && is_told_whole(residual);
     std::vector<std::vector<std::string>> lines_of_rows(whole ? 1 : rows);  // rows treated alike together
     const auto tell = [&](std::size_t r, const std::string& before, const std::string& after) {
-      lines_of_rows[r].push_back(before +
-                                 (whole ? formula("0 = ", ref(residual))
-                                        : formula("0 = ", ref(residual[static_cast<Eigen::Index>(r)]))) +
-                                 after);
+      lines_of_rows[r].push_back(
+          before + (whole ? formula("0 = ", ref(residual)) : formula("0 = ", ref(residual[r]))) + after);
     };
     for (std::size_t r = 0; r < lines_of_rows.size(); ++r)
       if (const int n = times(first + r); n > 0)
@@ -116,10 +114,10 @@ class Differentiation {
     for (int k = 0; k < most; ++k) {
       for (std::size_t r = 0; r < rows; ++r) {
         if (k >= times(first + r)) continue;
-        Expr& e = residual[static_cast<Eigen::Index>(r)];
+        Expr& e = residual[r];
         result.constraints.push_back(
             {e, static_cast<int>(b), static_cast<int>(r), k, constraint_label(m_, first + r, k)});
-        e = next_derivative(given[static_cast<Eigen::Index>(r)], e, k + 1);
+        e = next_derivative(given[r], e, k + 1);
       }
       for (std::size_t r = 0; r < lines_of_rows.size(); ++r)
         if (k < times(first + r))
@@ -141,8 +139,8 @@ class Differentiation {
     if (by_row) block.rewritten.resize(rows);
     for (std::size_t r = 0; r < rows; ++r) {
       if (times(first + r) == 0) continue;
-      block.lhs[static_cast<Eigen::Index>(r)] = 0;
-      block.rhs[static_cast<Eigen::Index>(r)] = residual[static_cast<Eigen::Index>(r)];
+      block.lhs[r] = 0;
+      block.rhs[r] = residual[r];
       if (by_row) block.rewritten[r] = differentiated(number(r), times(first + r));
     }
     result.blocks.push_back(std::move(block));

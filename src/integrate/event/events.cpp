@@ -56,7 +56,7 @@ void EventFinder::evaluate(const Point& point, double t, Sample& out) {
   out.slope.assign(middle, last);
   out.rate.assign(events_->size(), 0.0);
   for (std::size_t k = 0; k < conditions_->phases.size(); ++k) {
-    const double rate = std::fabs(last[static_cast<std::ptrdiff_t>(k)]);
+    const double rate = std::fabs(last[k]);
     if (std::isfinite(rate))
       out.rate[conditions_->phases[k]] = std::max(out.rate[conditions_->phases[k]], rate);
   }

@@ -138,7 +138,7 @@ ProblemPtr problem_of(const ProblemPtr& whole, const Point& rest, const std::vec
     outside[all.x[i]] = rest.x[k];
     outside[all.xdot[i]] = rest.xdot[k];
   }
-  for (std::size_t i = 0; i < all.z.size(); ++i) outside[all.z[i]] = rest.z[static_cast<Eigen::Index>(i)];
+  for (std::size_t i = 0; i < all.z.size(); ++i) outside[all.z[i]] = rest.z[i];
   for (const auto* inside : {&some.x, &some.xdot, &some.z})
     for (Expr leaf : *inside) outside.erase(leaf);
   std::vector<double> values(whole->values().end() - static_cast<std::ptrdiff_t>(all.p.size()),
@@ -196,7 +196,7 @@ void Subsystem::put(const Point& some, Point& all) const {
     all.x[x[k]] = some.x[i];
     all.xdot[x[k]] = some.xdot[i];
   }
-  for (std::size_t k = 0; k < z.size(); ++k) all.z[z[k]] = some.z[static_cast<Eigen::Index>(k)];
+  for (std::size_t k = 0; k < z.size(); ++k) all.z[z[k]] = some.z[k];
 }
 
 Vec Subsystem::take(const Vec& all, int n) const {

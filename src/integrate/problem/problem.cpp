@@ -51,7 +51,7 @@ void Problem::set_numbers(const Vec& parameters, std::vector<Input> inputs) {
   if (parameters.size() != static_cast<Eigen::Index>(p.size()))
     throw Error(text("", parameters.size(), " values for ", p.size(), " parameters"));
   for (std::size_t i = 0; i < p.size(); ++i)
-    if (!std::isfinite(parameters[static_cast<Eigen::Index>(i)]))
+    if (!std::isfinite(parameters[i]))
       throw Error(text("the parameter ", leaf_name(p[i]), " is not a finite number"));
   inputs_ = std::move(inputs);
   for (std::size_t i = inputs_.size(); i < model().u.size(); ++i) {

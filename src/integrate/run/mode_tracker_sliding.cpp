@@ -66,8 +66,7 @@ bool ModeTracker::is_near(const std::vector<int>& borders, const Point& point, c
   const bool by_root = std::all_of(borders.begin(), borders.end(), [&](int i) {
     if (!events()[i].modes.empty() || borders_[i].farthest == 0) return false;
     Expr sum(0);
-    for (std::size_t j = 0; j < x.size(); ++j)
-      sum += abs(partial(events()[i].when, x[j])) * Expr(allowed[static_cast<Eigen::Index>(j)]);
+    for (std::size_t j = 0; j < x.size(); ++j) sum += abs(partial(events()[i].when, x[j])) * Expr(allowed[j]);
     return borders_[i].farthest <= state_.solution->values({&sum, 1}, point)[0];
   });
   return by_root || ((there.x - point.x).cwiseAbs().array() <= allowed.array()).all();

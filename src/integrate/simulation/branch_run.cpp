@@ -24,10 +24,9 @@ dae::PointValues values_at(const Problem& problem, const dae::ConsistentState& s
   dae::PointValues values = start.values;
   const dae::FirstOrder& form = problem.model();
   values[time_symbol()] = point.t;
-  for (std::size_t j = 0; j < form.x.size(); ++j)
-    values[derivative_leaf(form.x[j])] = point.xdot[static_cast<Eigen::Index>(j)];
-  for (std::size_t j = 0; j < form.x.size(); ++j) values[form.x[j]] = point.x[static_cast<Eigen::Index>(j)];
-  for (std::size_t j = 0; j < form.z.size(); ++j) values[form.z[j]] = point.z[static_cast<Eigen::Index>(j)];
+  for (std::size_t j = 0; j < form.x.size(); ++j) values[derivative_leaf(form.x[j])] = point.xdot[j];
+  for (std::size_t j = 0; j < form.x.size(); ++j) values[form.x[j]] = point.x[j];
+  for (std::size_t j = 0; j < form.z.size(); ++j) values[form.z[j]] = point.z[j];
   return values;
 }
 
@@ -335,7 +334,7 @@ class BranchRun {
     const auto values = [&](double t) {
       const auto at = way.at(t);
       Vec list(static_cast<Eigen::Index>(leaves.size()));
-      for (std::size_t j = 0; j < leaves.size(); ++j) list[static_cast<Eigen::Index>(j)] = at.at(leaves[j]);
+      for (std::size_t j = 0; j < leaves.size(); ++j) list[j] = at.at(leaves[j]);
       return list;
     };
     const Eigen::Index n = problem_->n();

@@ -256,7 +256,7 @@ class ConstraintReselection {
       const auto own = std::find_if(request.some.begin(), request.some.end(), [&](const auto& some) {
         return dae::original_leaf(*first_, dae::resolve(*first_, some.first)) == leaf;
       });
-      if (own == request.some.end()) request.some.emplace_back(leaf, usual_atol_[static_cast<Index>(i)]);
+      if (own == request.some.end()) request.some.emplace_back(leaf, usual_atol_[i]);
     }
     return request;
   }

@@ -85,7 +85,7 @@ static Point starting_point(const dae::ConsistentState& start, const dae::FirstO
     point.x[k] = value(form.x[i]);
     point.xdot[k] = value(derivative_leaf(form.x[i]));  // also where a slot stands for it
   }
-  for (std::size_t i = 0; i < form.z.size(); ++i) point.z[static_cast<Eigen::Index>(i)] = value(form.z[i]);
+  for (std::size_t i = 0; i < form.z.size(); ++i) point.z[i] = value(form.z[i]);
   return point;
 }
 
@@ -101,8 +101,7 @@ static Vec tolerance(const ToleranceRequest& request, const Vec& usual, const da
                m = static_cast<std::size_t>(problem.shown_m());
     if (given != n && given != n + m)
       throw Error(text(what, " has ", given, " entries for ", n, " states and ", m, " algebraic variables"));
-    for (std::size_t i = 0; i < given; ++i)
-      result[static_cast<Eigen::Index>(i < n ? i : form.x.size() + i - n)] = request.list[i];
+    for (std::size_t i = 0; i < given; ++i) result[i < n ? i : form.x.size() + i - n] = request.list[i];
   }
   for (const auto& [leaf, value] : request.some) {
     const Expr own = dae::resolve(model, leaf);
@@ -302,8 +301,7 @@ static void extend_start(Point& start, const Variational& all, const dae::Model&
                          const Simulation& simulation, const Vec& parameters) {
   std::unordered_map<Expr, double> values;
   values[time_symbol()] = simulation.plan.from;
-  for (std::size_t i = 0; i < all.form.p.size(); ++i)
-    values[all.form.p[i]] = parameters[static_cast<Eigen::Index>(i)];
+  for (std::size_t i = 0; i < all.form.p.size(); ++i) values[all.form.p[i]] = parameters[i];
   const Mat S = start_sensitivity(all, model, *simulation.start, simulation.inputs, std::move(values));
   const Point base = start;
   const auto k = static_cast<Eigen::Index>(all.with_respect_to.size());
@@ -328,7 +326,7 @@ ProblemSetup set_up_problem(const dae::ModelPtr& model, const Simulation& simula
   const PreparationPtr all = prepared(model, simulation);
   Vec parameters(static_cast<Eigen::Index>(all->form.p.size()));
   for (std::size_t i = 0; i < all->form.p.size(); ++i)
-    parameters[static_cast<Eigen::Index>(i)] = parameter_value(all->form.p[i], *model, simulation);
+    parameters[i] = parameter_value(all->form.p[i], *model, simulation);
   std::vector<Problem::Input> inputs;
   for (Expr u : all->form.u) inputs.push_back(input_of(u, simulation));
   if (!all->serves(parameters)) complete(*all, parameters, simulation);

@@ -144,11 +144,11 @@ void Blows::keep_lasting(const dae::Regime& regime, const std::vector<Expr>& res
               Vec::Zero(problem->m())};
   std::vector<int> held;
   for (std::size_t i = 0; i < n; ++i) {
-    point.x[static_cast<Eigen::Index>(i)] = values.at(leaves[i]);
+    point.x[i] = values.at(leaves[i]);
     if (std::find(reset.begin(), reset.end(), leaves[i]) != reset.end()) held.push_back(static_cast<int>(i));
   }
   repair(point, held);
-  for (std::size_t i = 0; i < n; ++i) values[leaves[i]] = point.x[static_cast<Eigen::Index>(i)];
+  for (std::size_t i = 0; i < n; ++i) values[leaves[i]] = point.x[i];
 }
 
 Blows::Blow Blows::apply(int which, const EventReply& reply, const dae::Regime& regime, Values& values) {

@@ -33,7 +33,7 @@ dae::PointValues values_at(const Solution& solution, const Point& point, Expr e)
   values[time_symbol()] = point.t;
   const std::vector<Expr> inside = leaves({&e, 1});
   const Vec there = solution.values(inside, point);
-  for (std::size_t k = 0; k < inside.size(); ++k) values[inside[k]] = there[static_cast<Eigen::Index>(k)];
+  for (std::size_t k = 0; k < inside.size(); ++k) values[inside[k]] = there[k];
   return values;
 }
 
@@ -264,7 +264,7 @@ class RegimeRun {
       values[time_symbol()] = point.t;
       const std::vector<Expr> inside = leaves({&margin, 1});
       const Vec there = solution.values(inside, point);
-      for (std::size_t k = 0; k < inside.size(); ++k) values[inside[k]] = there[static_cast<Eigen::Index>(k)];
+      for (std::size_t k = 0; k < inside.size(); ++k) values[inside[k]] = there[k];
       dae::Sizes sizes{values};
       for (const auto& [leaf, least] : tolerance_.least)
         if (const auto known = sizes.of.find(leaf); known != sizes.of.end())
@@ -296,7 +296,7 @@ class RegimeRun {
     const std::vector<Expr>& leaves = whole_.leaves();
     const auto n = static_cast<Eigen::Index>(model_->states().size());
     Vec all(static_cast<Eigen::Index>(leaves.size()));
-    for (std::size_t i = 0; i < leaves.size(); ++i) all[static_cast<Eigen::Index>(i)] = values.at(leaves[i]);
+    for (std::size_t i = 0; i < leaves.size(); ++i) all[i] = values.at(leaves[i]);
     return {t_, all.head(n), all.segment(n, n), all.tail(all.size() - 2 * n)};
   }
 

@@ -106,8 +106,7 @@ Point start_point(const Problem& problem, const Simulation& simulation) {
   const auto values = [&](const std::vector<Expr>& list) {
     Vec v = Vec::Zero(static_cast<Eigen::Index>(list.size()));
     for (std::size_t i = 0; i < list.size(); ++i)
-      if (const auto at = known.find(list[i]); at != known.end())
-        v[static_cast<Eigen::Index>(i)] = at->second;
+      if (const auto at = known.find(list[i]); at != known.end()) v[i] = at->second;
     return v;
   };
   return {simulation.plan.from, values(form.x), values(form.xdot), values(form.z)};

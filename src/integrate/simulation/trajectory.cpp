@@ -45,8 +45,7 @@ Vec Trajectory::gradient(Expr cost, const std::vector<Expr>& with_respect_to) co
   Vec result = S.transpose() * found.start;
   for (std::size_t j = 0; j < with_respect_to.size(); ++j) {
     const auto at = std::find(parameters.begin(), parameters.end(), all.with_respect_to[j]);
-    if (at != parameters.end())
-      result[static_cast<Eigen::Index>(j)] += found.parameters[at - parameters.begin()];
+    if (at != parameters.end()) result[j] += found.parameters[at - parameters.begin()];
   }
   return result;
 }
@@ -90,7 +89,7 @@ static Substitution derivatives_of_unknowns(const dae::FirstOrder& form, const S
   for (std::size_t k = 0; k < unknowns.size(); ++k) {
     const bool slope = k < form.x.size();
     const Expr leaf = slope ? derivative_leaf(form.x[k], 2) : derivative_leaf(unknowns[k]);
-    result[leaf] = found[static_cast<Eigen::Index>(k)];
+    result[leaf] = found[k];
   }
   return result;
 }

@@ -315,8 +315,7 @@ std::vector<std::pair<Expr, double>> to_symbol_numbers(lua_State* L, int table, 
                        values.size() == 1 ? text("; one value for all is ", shortest(values[0]), "*ones(",
                                                  entry.leaves.size(), ", 1)")
                                           : ""));
-    for (std::size_t i = 0; i < entry.leaves.size(); ++i)
-      numbers.emplace_back(entry.leaves[i], values[static_cast<Eigen::Index>(i)]);
+    for (std::size_t i = 0; i < entry.leaves.size(); ++i) numbers.emplace_back(entry.leaves[i], values[i]);
   });
   for (const auto& [leaf, value] : numbers)
     if (!std::isfinite(value))

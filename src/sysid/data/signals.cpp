@@ -115,7 +115,7 @@ Complexes transform(const Vec& u) {
         std::polar(1.0, M_PI * static_cast<double>(static_cast<std::uint64_t>(k) * k % (2 * n)) /
                             static_cast<double>(n));
   for (std::size_t k = 0; k < n; ++k) {
-    a[k] = u[static_cast<Index>(k)] * std::conj(chirp_factor[k]);
+    a[k] = u[k] * std::conj(chirp_factor[k]);
     b[k] = chirp_factor[k];
     if (k > 0) b[size - k] = chirp_factor[k];
   }

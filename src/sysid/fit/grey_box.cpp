@@ -182,7 +182,7 @@ Found best_of_searches(std::vector<Experiment>& experiments, GreyBoxFit& out, do
   if (!direct && !grown) {
     std::vector<std::string> values;
     for (std::size_t i = 0; i < out.names.size(); ++i)
-      values.push_back(text(out.names[i], " = ", rounded(guess[static_cast<Index>(i)], 4)));
+      values.push_back(text(out.names[i], " = ", rounded(guess[i], 4)));
     throw Failure(text("at the guess ", join(values, ", "), " ", why,
                        ". Give guess = { … } at which the model can be integrated"));
   }
@@ -241,8 +241,7 @@ GreyBoxFit fit(const GreyBoxRequest& given) {
   out.residuals = at.e;
   dae::ParameterValues values;
   for (std::size_t i = 0; i < request.parameters.size(); ++i)
-    if (is_parameter(request.parameters[i]))
-      values[request.parameters[i]] = Expr(out.theta[static_cast<Index>(i)]);
+    if (is_parameter(request.parameters[i])) values[request.parameters[i]] = Expr(out.theta[i]);
   out.fitted = values.empty() ? request.model : dae::with_values(request.model, values);
   return out;
 }

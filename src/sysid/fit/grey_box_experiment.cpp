@@ -57,7 +57,7 @@ dae::StartRequest Experiment::start_at(const Vec& theta) const {
   for (std::size_t i = 0; i < r_.parameters.size(); ++i) {
     if (!owns(i)) continue;
     const Expr p = r_.parameters[i];
-    const double value = theta[static_cast<Index>(i)];
+    const double value = theta[i];
     if (is_parameter(p)) {
       start.parameters[p] = Expr(value);
       continue;

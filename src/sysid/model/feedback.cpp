@@ -46,7 +46,7 @@ std::string later_inputs_text(const Validation& v) {
   std::vector<std::string> counts;
   for (std::size_t i = 0; i < v.u_names.size(); ++i)
     counts.push_back(text(v.u_names[i], ": ", v.later_outside[i], " of ", v.lags, " correlations outside ±",
-                          rounded(v.cross_bound[static_cast<Index>(i)], 3)));
+                          rounded(v.cross_bound[i], 3)));
   return join(counts, ", ");
 }
 

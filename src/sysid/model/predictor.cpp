@@ -58,7 +58,7 @@ void split_linear(Predictor& p) {
   p.linear = !p.recursive;
   for (std::size_t i = 0; i < p.parameters.size(); ++i) {
     const Expr slope = simplify(partial(p.expression, p.parameters[i]));
-    p.regressor[static_cast<Index>(i)] = slope;
+    p.regressor[i] = slope;
     for (const Expr q : p.parameters) p.linear = p.linear && !depends_on(slope, q);
   }
   Substitution zero;

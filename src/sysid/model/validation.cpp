@@ -194,7 +194,7 @@ std::string without_delay(const Validation& v) {
   std::string out;
   for (std::size_t i = 0; i < v.u_names.size(); ++i)
     if (const double r = v.cross(v.lags, static_cast<Index>(i));
-        !v.direct[i] && std::abs(r) > v.cross_bound[static_cast<Index>(i)])
+        !v.direct[i] && std::abs(r) > v.cross_bound[i])
       out += text("  ", v.u_names[i], " acts on ", v.y_name, " within the sample (correlation ",
                   rounded(r, 2), " at lag 0): take ", v.state_space ? "feedthrough = true" : "nk = 0",
                   ", or there is a feedback without delay\n");
@@ -221,7 +221,7 @@ std::string describe(const Validation& v) {
   for (std::size_t i = 0; i < v.u_names.size(); ++i)
     out += text("  ", v.cross_outside[i] <= v.allowed ? "no dependence" : "dependence", " on past ",
                 v.u_names[i], ": ", v.cross_outside[i], " of ", v.lags + 1, " correlations outside ±",
-                rounded(v.cross_bound[static_cast<Index>(i)], 3), strongest(v, i), "\n");
+                rounded(v.cross_bound[i], 3), strongest(v, i), "\n");
   if (!v.white)
     out += text("  what is left has structure: raise ",
                 v.state_space ? "the order\n" : "nc, nd (or na), or use bj\n");
@@ -250,9 +250,8 @@ std::vector<ComparisonRow> compare(const std::vector<std::pair<std::string, cons
     row.predictions.resize(d.outputs());
     row.simulations.resize(d.outputs());
     for (std::size_t i = 0; i < one.size(); ++i) {
-      row.predictions[static_cast<Index>(i)] = one[i].fit;
-      row.simulations[static_cast<Index>(i)] =
-          free.empty() ? -std::numeric_limits<double>::infinity() : free[i].fit;
+      row.predictions[i] = one[i].fit;
+      row.simulations[i] = free.empty() ? -std::numeric_limits<double>::infinity() : free[i].fit;
       row.prediction += one[i].fit / static_cast<double>(one.size());
       row.simulation += free.empty() ? -std::numeric_limits<double>::infinity()
                                      : free[i].fit / static_cast<double>(one.size());

@@ -88,10 +88,10 @@ LinearSolution solve(const LinearProgram& lp) {
     out.active[leave] = enter;
   }
   for (std::size_t i = 0; i < out.active.size(); ++i)
-    if (out.active[i] >= s.real && out.multipliers[static_cast<Index>(i)] > 1e-12 * lp.c.norm())
+    if (out.active[i] >= s.real && out.multipliers[i] > 1e-12 * lp.c.norm())
       out.status = LinearSolution::Status::unbounded;
   for (std::size_t i = 0; i < out.active.size(); ++i)  // of the rows as they were given
-    out.multipliers[static_cast<Index>(i)] /= s.norm[out.active[i]];
+    out.multipliers[i] /= s.norm[out.active[i]];
   out.value = lp.c.dot(out.x);
   return out;
 }

@@ -227,8 +227,7 @@ SmallestBound smallest_bound(const Mat& Phi, const Vec& mid) {
   out.bound = std::max(0.0, size * best.x[d]);
   out.theta = size * best.x.head(d).cwiseQuotient(scale);
   for (std::size_t i = 0; i < best.active.size(); ++i)
-    if (best.active[i] < 2 * N && best.multipliers[static_cast<Index>(i)] > 1e-10)
-      out.rows.push_back(best.active[i] / 2);
+    if (best.active[i] < 2 * N && best.multipliers[i] > 1e-10) out.rows.push_back(best.active[i] / 2);
   std::sort(out.rows.begin(), out.rows.end());
   out.rows.erase(std::unique(out.rows.begin(), out.rows.end()), out.rows.end());
   return out;

@@ -83,11 +83,11 @@ std::pair<Real, Real> lawrence_sum(const FeasibleSet& s, const Polytope& p, cons
       h[i] = sign * (constraint % 2 ? s.upper : s.lower)[constraint / 2];
       for (std::size_t j = 0; j < h.size(); ++j) {
         corner.entry(i, j) = sign * s.Phi(constraint / 2, static_cast<Index>(j));
-        shift = middle[static_cast<Index>(j)];
+        shift = middle[j];
         product = corner.entry(i, j) * shift;
         h[i] -= product;
       }
-      corner.gamma()[i] = c[static_cast<Index>(i)];
+      corner.gamma()[i] = c[i];
     }
     term = corner.solve();
     for (const Real& g : corner.gamma()) term *= g;

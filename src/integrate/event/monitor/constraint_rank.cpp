@@ -55,7 +55,7 @@ void ConstraintRank::even_out(std::vector<double>& units, const Point& point) {
   const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
   std::nth_element(lengths.begin(), middle, lengths.end());
   for (std::size_t j = 0; j < units.size(); ++j)
-    if (const double length = column[static_cast<Eigen::Index>(j)]; length > *middle && *middle > 0)
+    if (const double length = column[j]; length > *middle && *middle > 0)
       units[j] *= std::sqrt(*middle / length);
 }
 

@@ -206,7 +206,7 @@ void read_x0(Call& call, const ModelPencil& p, dae::SolutionRequest& request) {
                        states.size(), " unknowns; a table { ", to_text(states[0]),
                        " = 1 } gives only some of them"));
     for (std::size_t i = 0; i < states.size(); ++i)
-      request.x0.emplace_back(states[i], constant_entry(values[static_cast<Eigen::Index>(i)], "x0"));
+      request.x0.emplace_back(states[i], constant_entry(values[i], "x0"));
     return;
   }
   const auto known = known_leaves(*p.model);
@@ -219,7 +219,7 @@ void read_x0(Call& call, const ModelPencil& p, dae::SolutionRequest& request) {
       throw Error(
           text(what, " has ", values.size(), " entries, '", entry.key(), "' has ", entry.leaves.size()));
     for (std::size_t i = 0; i < entry.leaves.size(); ++i)
-      request.x0.emplace_back(entry.leaves[i], constant_entry(values[static_cast<Eigen::Index>(i)], what));
+      request.x0.emplace_back(entry.leaves[i], constant_entry(values[i], what));
   });
 }
 

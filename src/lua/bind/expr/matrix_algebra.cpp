@@ -223,8 +223,8 @@ int eig(Call& call) {
   }
   if (result->exact) {  // the decimals of the exact ones: repeated eigenvalues do not scatter
     for (std::size_t k = 0; k < result->exact->size(); ++k) {
-      result->numeric.re[static_cast<Eigen::Index>(k)] = *number_value((*result->exact)[k].re);
-      result->numeric.im[static_cast<Eigen::Index>(k)] = *number_value((*result->exact)[k].im);
+      result->numeric.re[k] = *number_value((*result->exact)[k].re);
+      result->numeric.im[k] = *number_value((*result->exact)[k].im);
     }
   }
   return call.push(std::shared_ptr<const Eigenvalues>(std::move(result)));

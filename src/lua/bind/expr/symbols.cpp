@@ -130,7 +130,7 @@ int param(Call& call) {
   const VecX values = to_column(call.L, 2, "value");
   const auto leaves = newly_declared(symbol_vector(Kind::parameter, name, static_cast<int>(values.size())));
   for (std::size_t i = 0; i < leaves.size(); ++i)
-    attributes(leaves[i]).value = default_value(values[static_cast<Eigen::Index>(i)], name);
+    attributes(leaves[i]).value = default_value(values[i], name);
   set_attributes(leaves, given);
   return push_matrix(call.L, MatX(column(leaves)));
 }

@@ -157,7 +157,7 @@ integrate::ToleranceRequest read_tolerance(Call& call, const Options& options, c
         throw Error(text(key, ": '", entry.key(), "' has ", entry.leaves.size(),
                          " components, its value has ", value.size()));
       for (std::size_t i = 0; i < entry.leaves.size(); ++i)
-        request.some.emplace_back(entry.leaves[i], value[static_cast<Eigen::Index>(i)]);
+        request.some.emplace_back(entry.leaves[i], value[i]);
     });
   }
   lua_settop(L, call.count());

@@ -45,7 +45,7 @@ int make_multistep(Call& call) {
 
 int push_fractions(Call& call, const Multistep::Fractions& list) {
   VecX column(static_cast<Eigen::Index>(list.size()));
-  for (std::size_t i = 0; i < list.size(); ++i) column[static_cast<Eigen::Index>(i)] = Expr(list[i]);
+  for (std::size_t i = 0; i < list.size(); ++i) column[i] = Expr(list[i]);
   return push_matrix(call.L, MatX(column));
 }
 

@@ -194,7 +194,7 @@ int basins(Call& call) {
   long n = 60;
   std::array<std::array<double, 2>, 2> range;
   for (std::size_t j = 0; j < 2; ++j) {  // by default a square around the start and the solution
-    const double a = k.run.x.front()[static_cast<int>(j)], b = k.run.x.back()[static_cast<int>(j)];
+    const double a = k.run.x.front()[j], b = k.run.x.back()[j];
     const double reach =
         std::isfinite(b) && std::fabs(b) < 1e6 ? std::max({2.0, std::fabs(a), std::fabs(b)}) : 2.0;
     range[j] = {-1.5 * reach, 1.5 * reach};

@@ -98,8 +98,7 @@ int place(Call& call) {
   const StateEquation e = state_equation(call);
   const auto list = read_poles(call, e.next);
   lti::ComplexVec poles(static_cast<Index>(list.size()));
-  for (std::size_t k = 0; k < list.size(); ++k)
-    poles[static_cast<Index>(k)] = {lti::number(list[k].re), lti::number(list[k].im)};
+  for (std::size_t k = 0; k < list.size(); ++k) poles[k] = {lti::number(list[k].re), lti::number(list[k].im)};
   const lti::Placement p = lti::place(in_numbers(e.A), in_numbers(e.B), poles);
   push_matrix(call.L, p.K);
   push_poles(call, p.poles);

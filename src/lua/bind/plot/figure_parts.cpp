@@ -42,8 +42,7 @@ void set_limits(lua_State* L, const char* key, const std::optional<plot::Range>&
 /// Rows count from 1.
 void set_rows(lua_State* L, const char* key, const std::vector<Index>& rows) {
   Vec numbers(static_cast<Index>(rows.size()));
-  for (std::size_t i = 0; i < rows.size(); ++i)
-    numbers[static_cast<Index>(i)] = static_cast<double>(rows[i] + 1);
+  for (std::size_t i = 0; i < rows.size(); ++i) numbers[i] = static_cast<double>(rows[i] + 1);
   set_column(L, key, numbers);
 }
 

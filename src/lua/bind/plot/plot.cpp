@@ -47,7 +47,7 @@ int sphere(Call& call) {
   if (call.has(2)) {
     const Vec c = to_numbers(call.L, 2, "center");
     if (c.size() != 3) throw Error(text("the center must have three coordinates, got ", c.size()));
-    for (Index i = 0; i < 3; ++i) center[static_cast<size_t>(i)] = c[i];
+    for (Index i = 0; i < 3; ++i) center[i] = c[i];
   }
   if (!call.has(1)) call.wrong(1, "radius", "a number");
   return call.push(std::make_shared<const plot::Surface>(

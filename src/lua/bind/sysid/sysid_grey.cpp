@@ -91,7 +91,7 @@ void read_guess(Call& call, const Options& o, GreyBoxRequest& r) {
     if (!value)
       throw Error(
           text(to_text(p), " has no value to begin with; give guess = { ", symbol_of(p).name, " = … }"));
-    r.guess[static_cast<Index>(i)] = *value;
+    r.guess[i] = *value;
   }
   for (const auto& [leaf, number] : given) {
     if (std::find(r.parameters.begin(), r.parameters.end(), leaf) != r.parameters.end()) continue;
@@ -204,7 +204,7 @@ int estimate(Call& call) {
     const auto found = std::find(f.request.parameters.begin(), f.request.parameters.end(), wanted[k]);
     if (found == f.request.parameters.end())
       throw Error(text(to_text(wanted[k]), " was not estimated (params: ", join(f.names, ", "), ")"));
-    values[static_cast<Index>(k)] = f.theta[found - f.request.parameters.begin()];
+    values[k] = f.theta[found - f.request.parameters.begin()];
   }
   return push_value(call.L, Mat(values));
 }

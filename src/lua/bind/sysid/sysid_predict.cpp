@@ -108,7 +108,7 @@ int model_fit(Call& call) {
     call.push(r[0].fit);
   } else {
     Vec all(static_cast<Index>(r.size()));
-    for (std::size_t i = 0; i < r.size(); ++i) all[static_cast<Index>(i)] = r[i].fit;
+    for (std::size_t i = 0; i < r.size(); ++i) all[i] = r[i].fit;
     push_matrix(call.L, Mat(all));
   }
   const std::string what = mode.horizon == 0 ? "simulation" : text(mode.horizon, "-step prediction");

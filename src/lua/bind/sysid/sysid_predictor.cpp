@@ -239,8 +239,7 @@ int fit_predictor(Call& call) {
   const Options o = call.options(3);
   Vec theta = Vec::Zero(static_cast<Index>(p.parameters.size()));
   for (std::size_t i = 0; i < p.parameters.size(); ++i)
-    if (const auto& value = symbol_of(p.parameters[i]).value)
-      theta[static_cast<Index>(i)] = number_value(*value).value_or(0);
+    if (const auto& value = symbol_of(p.parameters[i]).value) theta[i] = number_value(*value).value_or(0);
   if (o.has("start")) {
     const int at = o.push("start");
     bool keyed = false;
@@ -252,7 +251,7 @@ int fit_predictor(Call& call) {
     if (keyed) {
       for (const auto& [leaf, value] : to_symbol_numbers(call.L, at, "start", p.parameters))
         for (std::size_t i = 0; i < p.parameters.size(); ++i)
-          if (p.parameters[i] == leaf) theta[static_cast<Index>(i)] = value;
+          if (p.parameters[i] == leaf) theta[i] = value;
     } else {
       const Vec given = to_data(call.L, at, "start").reshaped();
       if (given.size() != theta.size())

@@ -31,10 +31,8 @@ sysid::FilterSection section_of(const lti::System& given, double Ts) {
   if (num.size() > den.size())
     throw Error("the filter needs future samples: its numerator has the higher degree");
   sysid::FilterSection f{Vec::Zero(static_cast<Index>(den.size())), Vec(static_cast<Index>(den.size()))};
-  for (std::size_t k = 0; k < den.size(); ++k)
-    f.den[static_cast<Index>(den.size() - 1 - k)] = lti::number(den[k]);
-  for (std::size_t k = 0; k < num.size(); ++k)
-    f.num[static_cast<Index>(den.size() - 1 - k)] = lti::number(num[k]);
+  for (std::size_t k = 0; k < den.size(); ++k) f.den[den.size() - 1 - k] = lti::number(den[k]);
+  for (std::size_t k = 0; k < num.size(); ++k) f.num[den.size() - 1 - k] = lti::number(num[k]);
   const double lead = f.den[0];
   f.num /= lead;
   f.den /= lead;
