@@ -55,7 +55,7 @@ void kernel(lua_State* L, const std::string& script) {
   std::vector<double> F(static_cast<std::size_t>(problem->n() + problem->m()));
   count([&] {
     for (int k = 0; k < 100; ++k) {
-      problem->place(0.01 * k, x.data(), x.data(), z.data());
+      problem->set_point(0.01 * k, x.data(), x.data(), z.data());
       problem->residual(F.data());
       problem->jacobian();
     }

@@ -152,7 +152,7 @@ void steppers(benchmark::State& state, const std::string& name, int lanes) {
       plan.rtol = tolerances(c).rtol, plan.atol = tolerances(c).atol;
       Ends ends(c);
       const FlushDenormals guard;
-      Ensemble(LaneCode::make(*problem, *verner87(), true, lanes), plan).run(ends);
+      Ensemble(CompiledLaneStep::make(*problem, *verner87(), true, lanes), plan).run(ends);
       sum = ends.sum, steps = ends.steps;
     } else {
       sum = 0, steps = 0;

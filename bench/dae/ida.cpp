@@ -30,7 +30,7 @@ int column_of(const integrate::Problem& p, int column) { return column < p.n() ?
 
 void place(Data& d, double t, N_Vector y, N_Vector yp) {
   const double *a = N_VGetArrayPointer(y), *b = N_VGetArrayPointer(yp);
-  d.problem.place(t, a, b, a + d.problem.n());
+  d.problem.set_point(t, a, b, a + d.problem.n());
 }
 
 int residual(double t, N_Vector y, N_Vector yp, N_Vector r, void* user) {

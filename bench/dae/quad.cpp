@@ -213,7 +213,7 @@ class Run {
   }
   void place() {
     std::vector<double> y(y_.begin(), y_.end()), slopes(slopes_.begin(), slopes_.end());
-    problem_.place(static_cast<double>(t_), y.data(), slopes.data(), y.data() + n_);
+    problem_.set_point(static_cast<double>(t_), y.data(), slopes.data(), y.data() + n_);
     entries_ = problem_.jacobian();
   }
   template <class Number>

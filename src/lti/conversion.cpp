@@ -36,7 +36,10 @@ Resolvent of_rationals(const dae::RationalMatrix& A, const dae::RationalMatrix& 
   const auto at = [n](int i, int j) { return static_cast<std::size_t>(i * n + j); };
   std::vector<mpz_class> M(static_cast<std::size_t>(n) * n), N(M.size()), AN(M.size());
   for (int i = 0; i < n; ++i)
-    for (int j = 0; j < n; ++j) M[at(i, j)] = mpq_class(A(i, j) * d).get_num(), N[at(i, j)] = i == j;
+    for (int j = 0; j < n; ++j) {
+      M[at(i, j)] = mpq_class(A(i, j) * d).get_num();
+      N[at(i, j)] = i == j;
+    }
   dae::Polynomial den(static_cast<std::size_t>(n) + 1);
   std::vector<dae::Polynomial> num(static_cast<std::size_t>(p) * m,
                                    dae::Polynomial(static_cast<std::size_t>(n)));

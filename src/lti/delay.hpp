@@ -20,15 +20,15 @@ struct DelaySystem {
   int outputs() const { return core.outputs - inner(); }
 };
 
-/// g e^{-delay s}. throws  Error for negative delays and systems in discrete time (there z⁻ᵈ is rational)
+/// g e^{-delay s}. Throws Error for negative delays and systems in discrete time (there z⁻ᵈ is rational)
 DelaySystem delayed(System g, double delay);
-/// e^{g} of g = -T s, or a number. throws  Error for every other g
+/// e^{g} of g = -T s, or a number. Throws Error for every other g
 DelaySystem exponential_of(const System& g);
 
 /// As a fractional transformation: of a product z = u, y = G w.
 DelaySystem general(const DelaySystem& g);
 
-/// A rational function of s and of delays e^{-T s}. throws  Error that names what is neither
+/// A rational function of s and of delays e^{-T s}. Throws Error that names what is neither
 DelaySystem delay_system_of(Expr e, Expr s);
 /// Does e^{… s} occur in e?
 bool has_delay(Expr e, Expr s);
@@ -50,7 +50,7 @@ Margins margins(const DelaySystem& g);
 /// Every delay as a Padé approximant of this order.
 System rational(const DelaySystem& g, int order);
 /// Zero-order hold, exact: the inputs that are under way become states (Åström & Wittenmark, Computer-Controlled
-/// Systems, 3rd ed., §3.3). throws  Error where the delay lies in a loop, or G is improper
+/// Systems, 3rd ed., §3.3). Throws Error where the delay lies in a loop, or G is improper
 System sampled(const DelaySystem& g, double Ts);
 
 /// Responses in time from rest, by the method of steps: between the times at which a jump can arrive, collocation

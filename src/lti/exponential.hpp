@@ -16,9 +16,10 @@ std::optional<MatX> exponential(const MatX& A);
 /// x(t) = e^{At} x₀ + ∫₀ᵗ e^{A(t-τ)} B u(τ) dτ for t ≥ 0 (Kailath, Linear Systems, 1980, ch. 2).
 ///
 /// x0, u     expressions of parameters, and of t; u: polynomials, exponentials, sines and cosines and their
-/// products returns   exact expressions in t where modes are rational or quadratic (rational A), or e^{At}
-/// has a symbolic form throws    Error in discrete time; for inputs of another kind, naming the part; for
-/// symbolic resonance
+///           products
+/// returns   exact expressions in t where modes are rational or quadratic (rational A), or e^{At} has a
+///           symbolic form
+/// throws    Error in discrete time; for inputs of another kind, naming the part; for symbolic resonance
 VecX solution(const System& g, const VecX& x0, const VecX& u);
 
 }  // namespace pendula::lti

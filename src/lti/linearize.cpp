@@ -200,8 +200,10 @@ dae::LinearForm linear_form(const Expansion& x) {
   };
   int row = 0;
   for (int i = 0; i < n; ++i)
-    if (const int next = column_of(derivative_leaf(x.states[i])); next < n)
-      f.E(row, i) = 1, f.A(row++, next) = 1;
+    if (const int next = column_of(derivative_leaf(x.states[i])); next < n) {
+      f.E(row, i) = 1;
+      f.A(row++, next) = 1;
+    }
   PENDULA_ASSERT(row == ties, "states and their derivatives do not tie up");
   std::vector<int> lower;  // the state whose derivative is top[k]
   for (Expr top : x.top) {

@@ -21,10 +21,11 @@ struct LinearizeRequest {
 /// Equations (2006), §2; Campbell, Linearization of DAEs along trajectories, ZAMP 46, 1995); away from an
 /// equilibrium its form "acc" is linearised on the tangent space of its constraints.
 ///
-/// requires  a start of this model. Notes say whether the point is an equilibrium, and on which road the
-/// result was found. returns   exact entries where values and derivatives are rational throws    Error for
-/// inputs and outputs that are not of this model, outputs that depend on derivatives of inputs, models
-///           without a regular linearisation
+/// requires  a start of this model
+/// returns   exact entries where values and derivatives are rational; notes say whether the point is an
+///           equilibrium, and by which method the result was found
+/// throws    Error for inputs and outputs that are not of this model, outputs that depend on derivatives of
+///           inputs, models without a regular linearisation
 /// cost      one sparse Jacobian; of higher index an exact pencil (at most 60 unknowns)
 System linearize(const dae::ModelPtr& model, const dae::ConsistentState& at,
                  const LinearizeRequest& request = {});

@@ -48,11 +48,11 @@ MatX expressions(const Mat& m);
 dae::RationalMatrix rational(const MatX& m);
 /// Entries rounded to doubles.
 MatX rounded(const MatX& m);
-/// The value of an expression of constants (√2, π). throws  Error that names a symbol in it
+/// The value of an expression of constants (√2, π). Throws Error that names a symbol in it
 double number(Expr e);
 Mat numbers(const MatX& m);
 
-/// The default values of the parameters in `all`. throws  Error that names a parameter without value, or
+/// The default values of the parameters in `all`. Throws Error that names a parameter without value, or
 /// another symbol
 Substitution defaults(std::span<const Expr> all);
 

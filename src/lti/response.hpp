@@ -21,7 +21,7 @@ struct Response {
 /// the fastest oscillation; in discrete time multiples of Ts.
 Vec response_times(const System& g, std::optional<double> to = {});
 
-/// The input j = 1 from t = 0 on, the others 0; zero initial state. Times may begin later. throws Error on
+/// The input j = 1 from t = 0 on, the others 0; zero initial state. Times may begin later. Throws Error on
 /// negative times (and those below: what happens at t = 0)
 Response step(const System& g, const Vec& t);
 /// The input j = δ(t): x(0⁺) = B eⱼ; a direct feedthrough adds D δ(t), which is left out. In discrete time u₀

@@ -41,7 +41,7 @@ struct Reach {
 /// §2.4.3).
 Reach controllability(const System& g);
 Reach observability(const System& g);
-/// [B, AB, …] or [C; CA; …]. throws Failure where its entries overflow
+/// [B, AB, …] or [C; CA; …]. Throws Failure where its entries overflow
 MatX matrix(const Reach& r);
 std::string describe(const Reach& r);
 
@@ -52,10 +52,10 @@ std::string describe(const Reach& r);
 System minimal(const System& g, double tol);
 
 /// A P + P Aᵀ + Q = 0, or A P Aᵀ - P + Q = 0 in discrete time: exact for small rational matrices, else by the
-/// complex Schur form (Bartels & Stewart, Comm. ACM 15(9), 1972).   throws  Error where the solution is not
+/// complex Schur form (Bartels & Stewart, Comm. ACM 15(9), 1972). Throws Error where the solution is not
 /// unique
 MatX lyapunov(const MatX& A, const MatX& Q, bool continuous);
-/// Controllability or observability Gramian. throws  Error unless the system is asymptotically stable
+/// Controllability or observability Gramian. Throws Error unless the system is asymptotically stable
 MatX gramian(const System& g, bool controllability);
 
 struct Stability {
@@ -68,7 +68,7 @@ struct Stability {
 Stability stability(const System& g);
 std::string describe(const Stability& s);
 
-/// First column of Routh's array, highest power first. throws  Error where a pivot vanishes
+/// First column of Routh's array, highest power first. Throws Error where a pivot vanishes
 std::vector<Expr> routh(const Polynomial& p);
 
 }  // namespace pendula::lti

@@ -157,7 +157,10 @@ std::vector<Expr> entries(const System& g) {
   for (const Factored& f : g.zpk) {
     all.push_back(f.gain);
     for (const auto* list : {&f.zeros, &f.poles})
-      for (const auto& [re, im] : *list) all.push_back(re), all.push_back(im);
+      for (const auto& [re, im] : *list) {
+        all.push_back(re);
+        all.push_back(im);
+      }
   }
   if (!g.continuous()) all.push_back(g.Ts);
   return all;
@@ -182,7 +185,11 @@ System rebuilt(System g, const std::vector<Expr>& values) {
   for (Factored& f : g.zpk) {
     f.gain = values[at++];
     for (auto* list : {&f.zeros, &f.poles})
-      for (auto& [re, im] : *list) re = values[at], im = values[at + 1], at += 2;
+      for (auto& [re, im] : *list) {
+        re = values[at];
+        im = values[at + 1];
+        at += 2;
+      }
   }
   if (!g.continuous()) g.Ts = values[at++];
   return g;

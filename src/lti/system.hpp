@@ -80,7 +80,7 @@ System with_numbers(const System& g);
 /// are uncontrollable or unobservable.
 System to_tf(const System& g);
 /// Of a fraction the controllable canonical form (phase variables); of several inputs or outputs a minimal
-/// realisation made from these. throws  Error where a numerator has a higher degree than its denominator
+/// realisation made from these. Throws Error where a numerator has a higher degree than its denominator
 System to_ss(const System& g);
 /// Zeros and poles must have values.
 System to_zpk(const System& g);
@@ -89,11 +89,11 @@ int order(const System& g);
 
 // ── values ──
 
-/// G at an expression (a symbol or a number). throws  Error at a pole
+/// G at an expression (a symbol or a number). Throws Error at a pole
 MatX value(const System& g, Expr s);
 /// G at a complex number, in doubles; parameters have their values.
 ComplexMat value(const System& g, Complex s);
-/// G(0), in discrete time G(1). throws  Error "infinite" where that is a pole
+/// G(0), in discrete time G(1). Throws Error "infinite" where that is a pole
 MatX dcgain(const System& g);
 
 // ── connections ──
@@ -101,7 +101,7 @@ MatX dcgain(const System& g);
 System series(const System& second,
               const System& first);  ///< second · first: the output of `first` is the input of `second`
 System parallel(const System& a, const System& b);
-/// y = g1 u₁, u₁ = u + sign · g2 y. throws  Error "algebraic loop" where I - sign D₂D₁ is singular
+/// y = g1 u₁, u₁ = u + sign · g2 y. Throws Error "algebraic loop" where I - sign D₂D₁ is singular
 System feedback(const System& g1, const System& g2, int sign = -1);
 System negative(const System& g);
 /// throws  Error where D is singular and g is in state space

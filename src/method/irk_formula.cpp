@@ -98,9 +98,15 @@ void IrkFormula::orthogonalise() {
 
 void IrkFormula::lagrange(double theta, double* l) const {
   double product = 1;
-  for (std::size_t j = 0; j < nodes.size(); ++j) l[j] = barycentric[j] * product, product *= theta - nodes[j];
+  for (std::size_t j = 0; j < nodes.size(); ++j) {
+    l[j] = barycentric[j] * product;
+    product *= theta - nodes[j];
+  }
   product = 1;
-  for (std::size_t j = nodes.size(); j-- > 0;) l[j] *= product, product *= theta - nodes[j];
+  for (std::size_t j = nodes.size(); j-- > 0;) {
+    l[j] *= product;
+    product *= theta - nodes[j];
+  }
 }
 
 void IrkFormula::closest(double theta, int q, double* l) const {

@@ -1,6 +1,6 @@
 // The order of a Runge-Kutta method, decided from its coefficients (docs/derivations.md#order-conditions).
 //
-// Two roads, both exact up to the digits the coefficients are known to:
+// Two methods, both exact up to the digits the coefficients are known to:
 //   simplifying assumptions   B(p): Σ bᵢcᵢ^(q-1) = 1/q          (q ≤ p)
 //                             C(η): Σⱼ aᵢⱼcⱼ^(q-1) = cᵢ^q/q       (q ≤ η)
 //                             D(ζ): Σᵢ bᵢcᵢ^(q-1)aᵢⱼ = bⱼ(1 - cⱼ^q)/q  (q ≤ ζ)

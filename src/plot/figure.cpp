@@ -114,7 +114,10 @@ Index count_gaps(Figure& f, size_t k) {
 void check_something_to_draw(Figure& f) {
   if (f.series.empty() && f.surfaces.empty()) throw Error("nothing to draw: the figure has no series");
   Index good = 0, all = 0;
-  for (size_t k = 0; k < f.series.size(); ++k) good += count_gaps(f, k), all += f.series[k].x.size();
+  for (size_t k = 0; k < f.series.size(); ++k) {
+    good += count_gaps(f, k);
+    all += f.series[k].x.size();
+  }
   for (const Surface& s : f.surfaces)
     good += (s.x.array().isFinite() && s.y.array().isFinite() && s.z.array().isFinite()).count();
   if (good) return;

@@ -128,7 +128,7 @@ struct Figure {
 };
 
 /// Validates and completes: lengths agree, limits are in order, something finite is left to draw. Counts the
-/// points that cannot be drawn (not finite; not positive on a log axis) and says so in `notes`. throws  Error
+/// points that cannot be drawn (not finite; not positive on a log axis) and says so in `notes`. Throws Error
 /// that names the argument in the user's words ("x has 300 values but y has 299").
 Figure checked(Figure figure);
 

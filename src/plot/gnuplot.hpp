@@ -9,7 +9,7 @@
 namespace pendula::plot {
 
 /// Writes the figure to `path`; the extension (.svg .png .pdf) says the format. The file appears complete or
-/// not at all; an existing file is replaced. The SVG of a figure is always the same text. throws  Error if
+/// not at all; an existing file is replaced. The SVG of a figure is always the same text. Throws Error if
 /// the extension is unknown, the folder missing or not writable, or gnuplot not installed;
 ///         Failure with gnuplot's words if it refuses; Interrupted on Ctrl-C (gnuplot is ended, no file is
 ///         left).

@@ -20,6 +20,7 @@ end
 local function commas(text) return function() statements.check_commas("x", source.code(text, "cpp")) end end
 expect(1, "two assignments", commas "void f() { a = 1, b = 2; }")
 expect(1, "two calls behind if", commas "void f() { if (x(1, 2)) g(3), h(4); }")
+expect(1, "two assignments in a loop", commas "void f() { for (int i = 0; i < n; ++i) a[i] = 1, b = 2; }")
 expect(1, "a returned comma", commas "int f() { return a = 1, 2; }")
 expect(0, "a declaration", commas "void f() { int a = 1, b = 2; g(a, b); x = {1, 2}; y = h(1, 2); }")
 expect(0, "arguments of a template", commas "void f() { g<a, b>(c, d); }")

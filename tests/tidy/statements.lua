@@ -7,6 +7,7 @@ local statements = {}
 -- words.
 local function is_comma_statement(statement)
   statement = statement:gsub("%b{}", "{}"):gsub("%b()", "()"):gsub("%b[]", "[]")
+  statement = statement:gsub("^[^()]*%)%s*", "")                                    -- … ++k) of a for
   statement = statement:gsub("^%s*else%s", " "):gsub("^%s*[%w_]+%s*%(%)%s+", " ")   -- else …, if () …
   statement = statement:gsub("<[%w_, ]*>%(", "(")                                   -- f<a, b>(…)
   if not statement:find "," then return false end

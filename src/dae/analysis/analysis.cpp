@@ -54,12 +54,12 @@ std::optional<ConsistentPointRanks> ranks_on_solutions(const Model& m, const Ana
   return cache.insert(key, there.applies() ? std::optional(there.ranks()) : std::nullopt);
 }
 
-Standing standing_of(const Model& m, Analysis& a) {
+JacobianStatus jacobian_status_of(const Model& m, Analysis& a) {
   const auto n = static_cast<int>(m.variables.size());
-  if (a.rank.rank < n) return Standing::identically;
-  if (!regular_at_values(m, a)) return Standing::at_values;
+  if (a.rank.rank < n) return JacobianStatus::identically;
+  if (!regular_at_values(m, a)) return JacobianStatus::at_values;
   a.solutions = ranks_on_solutions(m, a);
-  return a.solutions && a.solutions->always_below(n) ? Standing::on_solutions : Standing::regular;
+  return a.solutions && a.solutions->always_below(n) ? JacobianStatus::on_solutions : JacobianStatus::regular;
 }
 
 }  // namespace
@@ -85,7 +85,7 @@ static Analysis of_large_ode(const Model& m) {
     a.jacobian.push_back({static_cast<int>(i), j, Expr(1)});
   }
   a.rank.rank = static_cast<int>(n);
-  a.standing = Standing::regular;
+  a.jacobian_status = JacobianStatus::regular;
   a.regular = true;
   a.dof = a.offsets.value - static_cast<int>(m.invariants.size());
   return a;
@@ -101,8 +101,8 @@ static Analysis analysed(const Model& m) {
   if (!a.offsets.unmatched.empty()) return a;
   a.jacobian = system_jacobian(m.residuals, unknowns_of(m), a.offsets, a.sigma);
   a.rank = generic_rank(a.jacobian, n, n);
-  a.standing = standing_of(m, a);
-  a.regular = a.standing == Standing::regular;
+  a.jacobian_status = jacobian_status_of(m, a);
+  a.regular = a.jacobian_status == JacobianStatus::regular;
   if (!a.regular) return a;
   a.index = a.offsets.index();
   a.dof = a.offsets.value;
@@ -139,20 +139,20 @@ std::vector<Constraint> hidden_constraints_by_offsets(const Model& m, const Anal
 
 std::string why_not_regular(const Model& m, const Analysis& a) {
   const auto n = m.variables.size();
-  if (a.standing != Standing::unmatched)
+  if (a.jacobian_status != JacobianStatus::unmatched)
     if (const std::string why = why_unsolvable(m); !why.empty()) return why;
-  switch (a.standing) {
-    case Standing::unmatched:
+  switch (a.jacobian_status) {
+    case JacobianStatus::unmatched:
       return imbalance(m);
-    case Standing::identically:
+    case JacobianStatus::identically:
       return text("the system Jacobian of the structural analysis is singular (rank ", a.rank.rank, " of ", n,
                   "): the structural index ", a.offsets.index(), " is not valid");
-    case Standing::at_values:
+    case JacobianStatus::at_values:
       return text(
           "for these parameter values the system Jacobian of the structural "
           "analysis is singular; the structural index ",
           a.offsets.index(), " holds for almost all other values only");
-    case Standing::on_solutions:
+    case JacobianStatus::on_solutions:
       return text(
           "the system Jacobian of the structural analysis has full rank in general, "
           "but is singular where the equations hold",
@@ -164,7 +164,7 @@ std::string why_not_regular(const Model& m, const Analysis& a) {
               ? ". At the points found the gradient of an equation vanishes, as that of C² = 0 does (write C = 0), "
                 "or gradients depend on each other, as where two circles touch"
               : "");
-    case Standing::regular:
+    case JacobianStatus::regular:
       break;
   }
   return "";
@@ -172,7 +172,8 @@ std::string why_not_regular(const Model& m, const Analysis& a) {
 
 Analysis require_regular(const Model& m) {
   Analysis a = analyse(m);
-  const bool array_serves = a.standing == Standing::on_solutions && a.solutions && a.solutions->points > 0;
+  const bool array_serves =
+      a.jacobian_status == JacobianStatus::on_solutions && a.solutions && a.solutions->points > 0;
   if (!a.regular)
     throw Failure(text("the structural analysis fails: ", why_not_regular(m, a),
                        array_serves ? "; reduce \"array\" does not need it" : ""));

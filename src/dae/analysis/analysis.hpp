@@ -17,7 +17,7 @@
 namespace pendula::dae {
 
 /// Verdict of the system Jacobian J on the structural answer.
-enum class Standing {
+enum class JacobianStatus {
   regular,       ///< full rank: the structural answer is valid
   at_values,     ///< full rank for almost all parameter values, but not for those of this model
   on_solutions,  ///< full rank in general, but at no point found that satisfies the equations
@@ -30,8 +30,8 @@ struct Analysis {
   Offsets offsets;              ///< c, d and the transversal; empty transversal: structurally singular
   std::vector<Entry> jacobian;  ///< system Jacobian, by rows
   ModularRank rank;             ///< its generic rank, with the rows and columns that are dependent
-  Standing standing = Standing::unmatched;
-  bool regular = false;  ///< standing == Standing::regular
+  JacobianStatus jacobian_status = JacobianStatus::unmatched;
+  bool regular = false;  ///< jacobian_status == JacobianStatus::regular
   std::optional<ConsistentPointRanks>
       solutions;  ///< ranks of J where the equations hold, where that was looked at
   int index = 0;  ///< differentiation index where regular

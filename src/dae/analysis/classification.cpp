@@ -109,7 +109,7 @@ std::vector<std::pair<std::string, std::string>> classification(const Model& m) 
   std::vector<std::pair<std::string, std::string>> rows;
   if (m.residuals.size() != m.variables.size() || !has_calls(m.residuals)) return rows;
   const Analysis a = analyse(m);
-  if (a.standing == Standing::unmatched) return rows;
+  if (a.jacobian_status == JacobianStatus::unmatched) return rows;
   const AlgebraicRows g = algebraic_rows(m);
   if (!is_semi_explicit(m) && a.offsets.index() > 1) return rows;
   if (is_semi_explicit(m) && !g.without_z.empty()) {
@@ -119,7 +119,7 @@ std::vector<std::pair<std::string, std::string>> classification(const Model& m) 
         {"∂g/∂z", text(names, one ? " does" : " do", " not contain the algebraic variables: ∂g/∂z is ",
                        "rank deficient, so the index is at least 2")});
   }
-  if (a.standing != Standing::identically)
+  if (a.jacobian_status != JacobianStatus::identically)
     for (const std::string& line : condition_lines(m, a, determinant_factors(m, a, blocks_of(m, a))))
       rows.push_back({"holds", line});
   std::vector<std::string> conditions;

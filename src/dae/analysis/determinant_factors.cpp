@@ -257,7 +257,7 @@ DeterminantFactors determinant_factors(const Model& m, const Analysis& a, const 
         {factors.list[k], kind_of(factors.list[k]), factors.parts[k]->rows, factors.parts[k]->columns, {}});
   std::stable_sort(v.conditions.begin(), v.conditions.end(),
                    [](const DeterminantFactor& x, const DeterminantFactor& y) { return x.kind < y.kind; });
-  if (m.variables.size() > searched || a.standing == Standing::on_solutions) return v;
+  if (m.variables.size() > searched || a.jacobian_status == JacobianStatus::on_solutions) return v;
   std::vector<Expr> variables;
   for (const Variable& x : m.variables) variables.push_back(x.leaf);
   const ConsistentPointRank points(residuals_at_values(m), variables, a.offsets, a.jacobian);

@@ -121,7 +121,8 @@ IndexResult from_array(const ModelPtr& model, const Analysis& a, const ArrayResu
 
 [[noreturn]] void fail_no_index(const Model& m, const Analysis& a, const ArrayResult* array,
                                 const std::vector<std::string>& tried) {
-  if (const std::string none = a.standing == Standing::unmatched ? "" : why_unsolvable(m); !none.empty())
+  if (const std::string none = a.jacobian_status == JacobianStatus::unmatched ? "" : why_unsolvable(m);
+      !none.empty())
     throw Failure("no index can be given: " + none);
   std::string why = why_not_regular(m, a);
   if (const std::string open = why_forces_are_open(m); !open.empty())
@@ -217,7 +218,7 @@ IndexResult find(const Model& m, const Analysis& a) {
     if (!a.regular) fail_no_index(m, a, nullptr, {});
     return from_structure(a, "structure of a reduced form, system Jacobian regular");
   }
-  if (a.standing == Standing::unmatched) fail_no_index(m, a, nullptr, {});
+  if (a.jacobian_status == JacobianStatus::unmatched) fail_no_index(m, a, nullptr, {});
   if (auto t = from_pencil(m)) return *t;
   if (a.regular)  // else fail_no_index() says it
     if (const std::string why = why_unsolvable(m); !why.empty())
@@ -267,7 +268,7 @@ void complete_constraints(const Model& m, const Analysis& a, const IndexResult& 
   if (clean && static_cast<int>(known.constraints.size()) == wanted) return void(known.complete = true);
   const int order = std::max(t.index - 1, 0);
   Model there = m;
-  if (a.standing == Standing::at_values) there.residuals = residuals_at_values(m);
+  if (a.jacobian_status == JacobianStatus::at_values) there.residuals = residuals_at_values(m);
   auto rows = a.regular ? rows_by_offsets(there, a.offsets) : rows_up_to(there, order);
   auto found = hidden_constraints_on_states(there, m.states(), std::move(rows), wanted);
   if (!a.regular)  // the regularised equations may lead further, or to something shorter

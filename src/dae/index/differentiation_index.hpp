@@ -49,8 +49,8 @@ IndexResult differentiation_index(const Model& model);
 /// The conditions, from the shuffle, from differentiating by offsets where these are valid, or from the
 /// regularised model. Up to 500 equations everything but states is eliminated from them. Remembered.
 ///
-/// throws    as `truth`
-/// cost      that of `truth` and of the derivatives: index 11 means the tenth
+/// throws    as differentiation_index()
+/// cost      that of differentiation_index() and of the derivatives: index 11 means the tenth
 HiddenConstraints hidden_constraints(const Model& model);
 
 }  // namespace pendula::dae

@@ -10,8 +10,10 @@ namespace pendula::dae {
 /// with k = ν - 1 alone: there the system Jacobian is regular, so that index and degrees of freedom are at
 /// most the structural ones, and these free values exact (Pryce, BIT 41(2), 2001, Thm 4.2); x′ is not
 /// determined, so that the index is not less (what F_k determines F_{k+1} determines too).
-/// requires  analysis.regular. Cost: dense ranks of order ν n; for ν = 0 and linear
-/// equations, whose ranks derivative_array() finds exactly, 0 at once
+///
+/// requires  analysis.regular
+/// cost      dense ranks of order ν n; for ν = 0 and linear equations, whose ranks derivative_array() finds
+///           exactly, 0 at once
 int points_of_agreement(const Model& model, const Analysis& analysis);
 
 /// The number of points (at most 3) of F_k = 0 at which x′ is not determined, so that the index is more than k; 0 if it is

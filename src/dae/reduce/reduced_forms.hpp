@@ -59,7 +59,9 @@ std::unordered_map<Expr, double> derivatives_near(const ModelPtr& array,
                                                   const std::unordered_map<Expr, double>& point);
 
 /// "minimal": constraints are solved for dependent variables, which are substituted; what remains moves
-/// freely. requires  every constraint linear in some coordinate
+/// freely.
+///
+/// requires  every constraint linear in some coordinate
 ModelPtr reduce_minimal(const ModelPtr& model, const ReduceOptions& options);
 
 /// A choice of dummy derivatives: leaves x⁽ᵏ⁾ that become algebraic variables.

@@ -73,7 +73,7 @@ void find_index(StructureReport& s) {
     s.index_is_bound = known.index_is_bound;
     s.is_unconfirmed = known.is_unconfirmed;
     s.notes.insert(s.notes.end(), known.notes.begin(), known.notes.end());
-    if (s.analysis.standing == Standing::identically) other_values(s, known);
+    if (s.analysis.jacobian_status == JacobianStatus::identically) other_values(s, known);
   } catch (const Failure& e) {
     s.evidence = e.what();
   }
@@ -91,7 +91,7 @@ StructureReport structure(const ModelPtr& model, const ConsistentStatePtr& at) {
     s.analysis = analyse(m);
   else
     s.analysis.sigma = signature(m);
-  if (s.analysis.standing == Standing::unmatched) {
+  if (s.analysis.jacobian_status == JacobianStatus::unmatched) {
     s.verdict = Verdict::structurally_singular;
     s.analysis.offsets.unmatched.resize(std::max<std::size_t>(1, s.analysis.offsets.unmatched.size()));
     s.blocks = dulmage_mendelsohn(incidence(m), n);
@@ -102,7 +102,7 @@ StructureReport structure(const ModelPtr& model, const ConsistentStatePtr& at) {
   s.blocks = blocks_of(m, s.analysis);
   find_index(s);
   if (at) look_at(s, *at);
-  if (s.analysis.standing == Standing::identically) {
+  if (s.analysis.jacobian_status == JacobianStatus::identically) {
     s.verdict = Verdict::identically_singular;
     add_parameter_cases(s);
     return s;

@@ -97,11 +97,11 @@ std::string singular_text(const StructureReport& s) {
   const Analysis& a = s.analysis;
   const std::size_t n = s.model->variables.size();
   const std::string wrong = "so structural index and degrees of freedom are wrong";
-  switch (a.standing) {
-    case Standing::at_values:
+  switch (a.jacobian_status) {
+    case JacobianStatus::at_values:
       return text("identically singular for ", values_text(s), " (full rank ", n,
                   " for almost all other values), ", wrong);
-    case Standing::on_solutions:
+    case JacobianStatus::on_solutions:
       return text("identically singular where the equations hold (full rank ", n, " in general; ",
                   on_solutions_text(*a.solutions), "), ", wrong);
     default:

@@ -48,8 +48,10 @@ class Matching {
     while (!path.empty()) {
       const int i = path.back();
       if (int j = free_column(i); j != none) {
-        for (auto it = path.rbegin(); it != path.rend(); ++it)
-          std::swap(j, column_of[*it]), row_of[column_of[*it]] = *it;
+        for (auto it = path.rbegin(); it != path.rend(); ++it) {
+          std::swap(j, column_of[*it]);
+          row_of[column_of[*it]] = *it;
+        }
         return true;
       }
       bool deeper = false;

@@ -328,7 +328,10 @@ VecX mapped_solution(Expr head, const std::function<Expr(Expr)>& image) {
     same = same && now == e.value;
     e.value = now;
   }
-  for (int i = 0; i < s.size; ++i) b[i] = image(s.b(i)), same = same && b[i] == s.b(i);
+  for (int i = 0; i < s.size; ++i) {
+    b[i] = image(s.b(i));
+    same = same && b[i] == s.b(i);
+  }
   if (!same) return Peeling(A, b, symmetry_of(s)).solution();
   for (int i = 0; i < s.size; ++i) x[i] = component(head, i);
   return x;

@@ -26,7 +26,7 @@ int rank(const Mat& a);
 Expr determinant(const MatX& a);
 double determinant(const Mat& a);
 
-/// x with a x = b for a ∈ ℝⁿˣⁿ, b ∈ ℝⁿˣᵐ.    throws  Error with a null vector of a where a is singular
+/// x with a x = b for a ∈ ℝⁿˣⁿ, b ∈ ℝⁿˣᵐ. Throws Error with a null vector of a where a is singular
 MatX solve(const MatX& a, const MatX& b);
 Mat solve(const Mat& a, const Mat& b);
 MatX inverse(const MatX& a);
@@ -66,7 +66,7 @@ struct BoundedExponential {
 BoundedExponential bounded_exponential(const Mat& a);
 Mat exponential(const Mat& a);
 /// The principal logarithm, eigenvalues with imaginary parts in (-π, π), and square root, eigenvalues in the right
-/// half-plane (matrix_roots.cpp).    throws  Error with the eigenvalue on the negative real axis, or 0 (logarithm)
+/// half-plane (matrix_roots.cpp). Throws Error with the eigenvalue on the negative real axis, or 0 (logarithm)
 Mat logarithm(const Mat& a);
 Mat square_root(const Mat& a);
 /// Powers of two d with similar rows and columns of diag(d)⁻¹ A diag(d). A column without a row (an input

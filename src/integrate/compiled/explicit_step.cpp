@@ -77,7 +77,7 @@ class ExplicitEmitter {
     f_ = codegen::lower_checked(std::span(timed.outputs).first(at_.n), all_);
   }
 
-  /// Out: as in ExplicitCode::End.
+  /// Out: as in CompiledExplicitStep::End.
   Program step() {
     early_parts();
     const auto slope = [this](int stage, const Slots& x) {
@@ -155,7 +155,7 @@ class ExplicitEmitter {
       effects[entry.row].push_back((slope * change).slot(w_));
     }
     for (std::size_t i = 0; i < effects.size(); ++i) {
-      const Formula allowed = ExplicitCode::share * value(w_.sum(effects[i]));
+      const Formula allowed = CompiledExplicitStep::share * value(w_.sum(effects[i]));
       results.push_back((allowed - magnitude(value(values[i]))).slot(w_));
     }
   }
@@ -210,8 +210,9 @@ static void compile(StepEntry& entry, const Problem& problem, const Tableau& rk,
   entry.handed = timed.parts.size();
 }
 
-std::shared_ptr<ExplicitCode> ExplicitCode::make(const Problem& problem, const Tableau& rk, int stiff_stage,
-                                                 const Tolerances& tolerances) {
+std::shared_ptr<CompiledExplicitStep> CompiledExplicitStep::make(const Problem& problem, const Tableau& rk,
+                                                                 int stiff_stage,
+                                                                 const Tolerances& tolerances) {
   if (!Machine::available() || !problem.is_ode() || problem.m() > 0) return nullptr;
   if (problem.operations() * static_cast<std::size_t>(rk.stages() - 1) > 4 * longest_step_program)
     return nullptr;
@@ -220,7 +221,7 @@ std::shared_ptr<ExplicitCode> ExplicitCode::make(const Problem& problem, const T
   if (entry->wanted++ == 0) compile(*entry, problem, rk, stiff_stage);
   if (entry->machines.empty()) return nullptr;
   const auto n = static_cast<std::size_t>(problem.n());
-  auto code = std::make_shared<ExplicitCode>();
+  auto code = std::make_shared<CompiledExplicitStep>();
   code->machine_ = entry->machines[0];
   code->c_ = times_of(rk);
   code->parts_ = entry->handed;
@@ -237,7 +238,7 @@ std::shared_ptr<ExplicitCode> ExplicitCode::make(const Problem& problem, const T
   return code;
 }
 
-ExplicitCode::End ExplicitCode::run(Problem& problem, const Point& from, double dt) {
+CompiledExplicitStep::End CompiledExplicitStep::run(Problem& problem, const Point& from, double dt) {
   if (time_) time_->start(from.t, dt);
   double* to = in_.data();
   *to++ = dt;

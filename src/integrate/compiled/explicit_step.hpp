@@ -20,7 +20,7 @@
 namespace pendula::integrate {
 
 /// Steps of an explicit method on an explicit ODE, with their error estimates.
-class ExplicitCode {
+class CompiledExplicitStep {
  public:
   /// The end of a step: x₁, x₁′ and the scaled error (n numbers each); sum and largest (0 below nine unknowns, see ErrorSum) of the squares of the
   /// scaled error, also with the second embedded method (or zeros); and for the test of stiffness the squares
@@ -36,8 +36,8 @@ class ExplicitCode {
 
   /// Nothing where there is no machine code or it would be long. Remembered for equal equations and tableau.
   /// stiff_stage: g, or -1.
-  static std::shared_ptr<ExplicitCode> make(const Problem& problem, const Tableau& rk, int stiff_stage,
-                                            const Tolerances& tolerances);
+  static std::shared_ptr<CompiledExplicitStep> make(const Problem& problem, const Tableau& rk,
+                                                    int stiff_stage, const Tolerances& tolerances);
   /// Inputs of the model are evaluated at the stages through `problem`. Valid until the next run.
   End run(Problem& problem, const Point& from, double dt);
 

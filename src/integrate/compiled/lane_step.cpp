@@ -279,18 +279,18 @@ codegen::Key key_of(const Problem& problem, const Tableau& rk, bool watch, int l
 
 }  // namespace
 
-std::shared_ptr<const LaneCode> LaneCode::make(const Problem& problem, const Tableau& rk, bool watch,
-                                               int lanes) {
+std::shared_ptr<const CompiledLaneStep> CompiledLaneStep::make(const Problem& problem, const Tableau& rk,
+                                                               bool watch, int lanes) {
   if (!codegen::Machine::available(lanes)) return nullptr;
   static std::mutex mutex;
-  static codegen::ProgramCache<const LaneCode> memory;
+  static codegen::ProgramCache<const CompiledLaneStep> memory;
   const std::lock_guard lock(mutex);
   const codegen::Key key = key_of(problem, rk, watch, lanes);
   if (auto known = memory.find(key)) return known;
   LaneEmitter emitter(problem, rk, watch);
   const Program step = emitter.step();
   if (step.instructions.size() > longest) return nullptr;
-  auto code = std::make_shared<LaneCode>();
+  auto code = std::make_shared<CompiledLaneStep>();
   code->lanes_ = lanes;
   code->n_ = problem.n();
   code->p_ = static_cast<int>(problem.model().p.size());
@@ -304,7 +304,7 @@ std::shared_ptr<const LaneCode> LaneCode::make(const Problem& problem, const Tab
   return code;
 }
 
-std::size_t LaneCode::workspace_size() const {
+std::size_t CompiledLaneStep::workspace_size() const {
   return std::max({step_->workspace_size(), start_->workspace_size(), between_->workspace_size()});
 }
 

@@ -37,14 +37,14 @@ enum Given { end, look_at, dt_max, dt_first, most_steps, given };
 
 /// The programs for one explicit ODE, one method and one number of lanes. Immutable; run() may be called by
 /// several threads, each with arrays of its own. Number k of a lane lies at [lanes·k + lane].
-class LaneCode {
+class CompiledLaneStep {
  public:
   /// Nothing where there is no machine code for so many lanes or it would be long (`longest` instructions).
   /// Remembered for equal equations, method and lanes. watch: a lane whose steps stability limits
   /// needs attention.
   /// Requires x′ = f(t, x, p) and an explicit method with an embedded one.
-  static std::shared_ptr<const LaneCode> make(const Problem& problem, const Tableau& rk, bool watch,
-                                              int lanes);
+  static std::shared_ptr<const CompiledLaneStep> make(const Problem& problem, const Tableau& rk, bool watch,
+                                                      int lanes);
   static constexpr std::size_t longest = 20'000;
 
   int lanes() const { return lanes_; }

@@ -13,7 +13,7 @@ using codegen::Program;
 using codegen::Slot;
 using codegen::Writer;
 
-NewtonCode::Layout::Layout(const Request& q)
+CompiledNewtonStep::Layout::Layout(const Request& q)
     : n(static_cast<std::size_t>(q.problem.n())),
       N(static_cast<std::size_t>(q.problem.n() + q.problem.m())),
       s(q.formula.c.size()),
@@ -23,7 +23,7 @@ NewtonCode::Layout::Layout(const Request& q)
       factors(q.pivots.factor_count()) {}
 
 /// Writes the programs. Inputs: as in Layout.
-class NewtonCode::Programs {
+class CompiledNewtonStep::Programs {
  public:
   explicit Programs(const Request& request) : q_(request), f_(request.formula), at_(request) {}
 
@@ -122,7 +122,7 @@ class NewtonCode::Programs {
   Layout at_;
 };
 
-std::shared_ptr<NewtonCode> NewtonCode::make(const Request& q, long iterations, bool now) {
+std::shared_ptr<CompiledNewtonStep> CompiledNewtonStep::make(const Request& q, long iterations, bool now) {
   // An iteration saves some 0.07 µs an unknown; compiling takes 5 ms for 80 of them.
   constexpr int small = 60;
   const long enough = q.problem.n() + q.problem.m() <= small ? 100 : 700;
@@ -159,7 +159,7 @@ std::shared_ptr<NewtonCode> NewtonCode::make(const Request& q, long iterations, 
     if (entry->machines.empty()) return nullptr;
     entry->wanted = 0;
   }
-  std::shared_ptr<NewtonCode> code(new NewtonCode(Layout(q), q));
+  std::shared_ptr<CompiledNewtonStep> code(new CompiledNewtonStep(Layout(q), q));
   code->machines_.residuals = entry->machines[0];
   code->machines_.factor = entry->machines[1];
   code->machines_.solve = entry->machines[2];
@@ -171,7 +171,7 @@ std::shared_ptr<NewtonCode> NewtonCode::make(const Request& q, long iterations, 
   return code;
 }
 
-NewtonCode::NewtonCode(const Layout& at, const Request& q)
+CompiledNewtonStep::CompiledNewtonStep(const Layout& at, const Request& q)
     : at_(at),
       columns_{codegen::LaneArray(8 * at.s), codegen::LaneArray(8 * at.s), codegen::LaneArray(8 * at.s),
                codegen::LaneArray(8 * (at.s + 1))},
@@ -223,13 +223,15 @@ NewtonCode::NewtonCode(const Layout& at, const Request& q)
   products_.start = {{columns_.l.data(), past_at_.data(), at_.s + 1, 1, at_.N}, all_stages(at_.stage_Z())};
 }
 
-void NewtonCode::spread(std::size_t slot, double value) {
+void CompiledNewtonStep::spread(std::size_t slot, double value) {
   for (std::size_t pass = 0; pass < stages_.size(); ++pass) std::fill_n(stage(pass, slot), lanes, value);
 }
 
-bool NewtonCode::factorise(const std::vector<double>& entries, double dt) {
-  for (std::size_t l = 0; l < lanes; ++l)
-    system(0)[l] = lambda_[l].real() / dt, system(1)[l] = lambda_[l].imag() / dt;
+bool CompiledNewtonStep::factorise(const std::vector<double>& entries, double dt) {
+  for (std::size_t l = 0; l < lanes; ++l) {
+    system(0)[l] = lambda_[l].real() / dt;
+    system(1)[l] = lambda_[l].imag() / dt;
+  }
   for (std::size_t k = 0; k < entries.size(); ++k) std::fill_n(system(at_.jacobian() + k), lanes, entries[k]);
   machines_.factor->run(system_.data(), system(at_.factor()), work_.data());
   for (std::size_t k = 0; k < at_.factors; ++k) end_in_[at_.end_factor() + k] = *system(at_.factor() + 2 * k);
@@ -237,7 +239,7 @@ bool NewtonCode::factorise(const std::vector<double>& entries, double dt) {
   return std::all_of(growth, growth + lanes, [](double g) { return g <= 1; });  // false for NaN
 }
 
-void NewtonCode::begin(Problem& problem, double t, double dt, const double* y, const double* scale) {
+void CompiledNewtonStep::begin(Problem& problem, double t, double dt, const double* y, const double* scale) {
   end_in_[0] = 1 / dt;
   for (std::size_t k = 0; k < at_.N; ++k) {
     spread(k, y[k]);
@@ -255,7 +257,7 @@ void NewtonCode::begin(Problem& problem, double t, double dt, const double* y, c
   std::copy_n(time, 1 + at_.u, end_in_.data() + at_.end_t());
 }
 
-void NewtonCode::predict(double ratio, const double* y, const double* Z) {
+void CompiledNewtonStep::predict(double ratio, const double* y, const double* Z) {
   std::fill_n(weigh_in_.data(), lanes, ratio);
   for (std::size_t pass = 0; pass < stages_.size(); ++pass) {
     std::copy_n(c_.begin() + static_cast<std::ptrdiff_t>(pass * lanes), lanes, weigh_in_.data() + lanes);
@@ -269,12 +271,12 @@ void NewtonCode::predict(double ratio, const double* y, const double* Z) {
   codegen::assign_lane_product(products_.start.terms, products_.start.to);
 }
 
-void NewtonCode::set(const double* Z) {
+void CompiledNewtonStep::set(const double* Z) {
   for (std::size_t i = 0; i < at_.s; ++i)
     for (std::size_t k = 0; k < at_.N; ++k) stage(i / lanes, at_.stage_Z() + k)[i % lanes] = Z[i * at_.N + k];
 }
 
-void NewtonCode::iterate(double& sum, double& largest) {
+void CompiledNewtonStep::iterate(double& sum, double& largest) {
   codegen::assign_lane_product(products_.slopes.terms, products_.slopes.to);
   for (std::size_t pass = 0; pass < stages_.size(); ++pass)
     machines_.residuals->run(stage(pass, 0), residual_.data() + pass * lanes * at_.N, work_.data());
@@ -283,7 +285,7 @@ void NewtonCode::iterate(double& sum, double& largest) {
   codegen::add_lane_product(products_.change.terms, r_.data(), products_.change.to, sum, largest);
 }
 
-NewtonCode::End NewtonCode::end() {
+CompiledNewtonStep::End CompiledNewtonStep::end() {
   double* const Z = end_in_.data() + at_.end_Z();
   for (std::size_t i = 0; i < at_.s; ++i)
     for (std::size_t k = 0; k < at_.N; ++k) Z[i * at_.N + k] = Z_at_[i][k * lanes];
@@ -292,7 +294,7 @@ NewtonCode::End NewtonCode::end() {
   return {error, Z, y, xdot, norm[0], norm[1]};
 }
 
-NewtonCode::End NewtonCode::end_at(const double* y) {
+CompiledNewtonStep::End CompiledNewtonStep::end_at(const double* y) {
   std::copy_n(end_in_.begin() + 1, at_.N, shift_.begin());
   std::copy_n(y, at_.N, end_in_.begin() + 1);
   const End result = end();

@@ -23,7 +23,7 @@
 
 namespace pendula::integrate {
 
-class NewtonCode {
+class CompiledNewtonStep {
  public:
   /// Everything the code depends on. `bare`: rows that the error estimate leaves out; in_mass: which entries
   /// of the Jacobian belong to ∂F/∂x′; pivots: of γ/h M + J, taken for all systems.
@@ -44,7 +44,7 @@ class NewtonCode {
   /// Code, if there is some, or if enough iterations would have used it (`iterations` more since the last
   /// call), or if `now`. Nothing otherwise, where it would be long, for more than seven stages, and where the
   /// processor has no lanes.
-  static std::shared_ptr<NewtonCode> make(const Request& request, long iterations, bool now);
+  static std::shared_ptr<CompiledNewtonStep> make(const Request& request, long iterations, bool now);
 
   /// entries: those of the Jacobian. False where these pivots do not serve: nothing is factorised then.
   bool factorise(const std::vector<double>& entries, double dt);
@@ -100,7 +100,7 @@ class NewtonCode {
     std::size_t end_size() const { return end_Z() + s * N; }
   };
 
-  NewtonCode(const Layout& at, const Request& request);
+  CompiledNewtonStep(const Layout& at, const Request& request);
   double* stage(std::size_t pass, std::size_t slot) { return stages_[pass].data() + slot * lanes; }
   double* system(std::size_t slot) { return system_.data() + slot * lanes; }
   codegen::LaneRows all_stages(std::size_t slot) {

@@ -18,7 +18,7 @@ using codegen::Writer;
 namespace {
 
 using Slots = std::vector<Slot>;
-using Request = RosenbrockCode::Request;
+using Request = CompiledRosenbrockStep::Request;
 
 /// Where equations are evaluated, in units of the step: its beginning, the stages, its end.
 std::vector<double> nodes_of(const Rosenbrock& method) {
@@ -224,7 +224,7 @@ Key key_of(const Request& q) {
 
 }  // namespace
 
-std::shared_ptr<RosenbrockCode> RosenbrockCode::make(const Request& q) {
+std::shared_ptr<CompiledRosenbrockStep> CompiledRosenbrockStep::make(const Request& q) {
   if (!Machine::available()) return nullptr;
   const auto stages = static_cast<std::size_t>(q.method.stages());
   if (q.pivots.instructions() * stages > 4 * longest_step_program) return nullptr;
@@ -237,7 +237,7 @@ std::shared_ptr<RosenbrockCode> RosenbrockCode::make(const Request& q) {
   }
   if (entry->machines.empty()) return nullptr;
   const RosenbrockEmitter::Layout at(q);
-  auto code = std::make_shared<RosenbrockCode>();
+  auto code = std::make_shared<CompiledRosenbrockStep>();
   code->machine_ = entry->machines[0];
   code->c_ = nodes_of(q.method);
   code->n_ = static_cast<std::size_t>(q.problem.n());
@@ -252,7 +252,8 @@ std::shared_ptr<RosenbrockCode> RosenbrockCode::make(const Request& q) {
   return code;
 }
 
-RosenbrockCode::End RosenbrockCode::run(Problem& problem, const Point& from, double dt, const double* slope) {
+CompiledRosenbrockStep::End CompiledRosenbrockStep::run(Problem& problem, const Point& from, double dt,
+                                                        const double* slope) {
   double* to = in_.data();
   *to++ = dt;
   to = std::copy_n(from.x.data(), problem.n(), to);

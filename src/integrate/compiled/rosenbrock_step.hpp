@@ -13,7 +13,7 @@
 
 namespace pendula::integrate {
 
-class RosenbrockCode {
+class CompiledRosenbrockStep {
  public:
   /// in_mass: which entries of the Jacobian belong to the constant ∂F/∂x′; pivots: of M/(γh) + ∂F/∂y.
   struct Request {
@@ -34,7 +34,7 @@ class RosenbrockCode {
 
   /// Nothing where there is no machine code or it would be long. Remembered for equal equations, method and
   /// pivots.
-  static std::shared_ptr<RosenbrockCode> make(const Request& request);
+  static std::shared_ptr<CompiledRosenbrockStep> make(const Request& request);
   /// slope: ∂F/∂t by differences where the model has inputs (N numbers), else not read. Valid until the next
   /// run.
   End run(Problem& problem, const Point& from, double dt, const double* slope);

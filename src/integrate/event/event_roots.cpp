@@ -7,11 +7,11 @@
 
 namespace pendula::integrate {
 
-/// No condition comes near zero in a step: not the cubics to its middle and behind it, which lie between their control
-/// points, and not if they err by several times what the cubic through the ends of the step errs by in the middle. Where
-/// one turns, it has to be so far from zero that the errors of a sketch do not matter either (see bottom()). Leaves the
-/// end of the step in here_. Not asked of conditions that the steps do not follow, those of time alone and those that may
-/// dip, and where slopes are not known.
+/// Does every condition stay away from zero in the step? Judged by two cubics, to the middle of the step and from there:
+/// their control points bound them, and their error is taken to be several times that of the cubic through the ends of
+/// the step, measured in the middle. Near an extremum g must also exceed the error of the coarse interpolant (see
+/// bottom()). False for conditions that the step size does not follow: of time alone, with dips, without slopes.
+/// Leaves the end of the step in here_.
 bool EventFinder::stays_away(Stepper& stepper, const StepView& step) {
   constexpr double several = 8;
   constexpr double of_slope = 0.143;  // greatest value of s²(1-s)²(s-½), beside its slope at ½
@@ -34,8 +34,8 @@ bool EventFinder::stays_away(Stepper& stepper, const StepView& step) {
     return lowest > several * (error + of_slope * slope_error) && lowest > near * std::max({a, m, b}) &&
            turns <= 1;
   };
-  sample(stepper, step, step.to.t, Detail::sketch, here_);
-  sample(stepper, step, last_.t + length / 2, Detail::sketch, probe_);
+  sample(stepper, step, step.to.t, Detail::coarse, here_);
+  sample(stepper, step, last_.t + length / 2, Detail::coarse, probe_);
   for (std::size_t i = 0; i < events_->size(); ++i)
     if (!ignored_[i] && !is_far(i)) return false;
   return true;
@@ -71,11 +71,11 @@ EventFinder::Root EventFinder::locate(Stepper& stepper, const StepView& step, in
   return root(b);
 }
 
-/// Where g touches or crosses zero between two samples of one sign, by the sign of its slope. Nowhere, where even
-/// the tangents at both sides of a small part meet well above zero: a curve that bends upwards lies above them. One
-/// that bends both ways between the sides, as a sine does, need not: its chord is steeper than a tangent. Nor does g
-/// get to zero where neither the tangents nor the chord come near it over the whole part: a sketch's slopes are not
-/// those of its values, and where g hardly changes they do not fit its chord.
+/// Where g touches or crosses zero between two samples of one sign, by bisection on the sign of its slope. Ends without
+/// a root where the tangents at both ends of a small part meet well above zero: a convex curve lies above them. (A curve
+/// with an inflection, like a sine, need not; its chord is steeper than one of the tangents.) Ends also where neither
+/// tangents nor chord come near zero over the whole part: slopes of the coarse interpolant are not derivatives of its
+/// values, and do not fit the chord where g hardly changes.
 EventFinder::Dip EventFinder::dip(Stepper& stepper, const StepView& step, int which, const Sample& a,
                                   const Sample& b, Detail detail) {
   constexpr double well = 0.5;   // of the smaller value
@@ -106,11 +106,10 @@ EventFinder::Dip EventFinder::dip(Stepper& stepper, const StepView& step, int wh
   return {{}, low.t, 0};
 }
 
-/// The same of the solution. A sketch of the step costs no evaluation of the equations: where it stays well above zero
-/// and the solution agrees with it beside its lowest point, that is the answer. A sketch errs by a fraction of what the
-/// solution moves by in the step, and with it g: where g, at its slopes beside the turn and at both ends of the step,
-/// would not get to zero in the time of the whole step, it is as far from zero as where it does not turn and is not
-/// looked at.
+/// dip() on the solution, after a search on the coarse interpolant, which costs no evaluation of the equations. That
+/// search decides where its minimum is well above zero and the solution agrees there, or where g could not fall to zero
+/// within the whole step at its steepest slope (at the ends of the step or beside the minimum): the coarse interpolant
+/// errs by a fraction of what the solution moves by in the step.
 std::optional<double> EventFinder::bottom(Stepper& stepper, const StepView& step, int which, const Sample& a,
                                           const Sample& b) {
   constexpr double close = 0.125;  // of g; beside the half that `well` leaves
@@ -118,18 +117,18 @@ std::optional<double> EventFinder::bottom(Stepper& stepper, const StepView& step
   const auto is_far = [&](double g) {
     double steepest = std::max(std::fabs(a.slope[i]), std::fabs(b.slope[i]));
     for (double end : {step.from.t, step.to.t}) {
-      sample(stepper, step, end, Detail::sketch, probe_);
+      sample(stepper, step, end, Detail::coarse, probe_);
       steepest = std::max(steepest, std::fabs(probe_.slope[i]));
     }
     return steepest * (step.to.t - step.from.t) < std::fabs(g);
   };
   if (!conditions_->measured[i]) {
-    const Dip sketch = dip(stepper, step, which, a, b, Detail::sketch);
+    const Dip coarse = dip(stepper, step, which, a, b, Detail::coarse);
     const auto agrees = [&] {
-      return std::fabs(value(stepper, step, which, sketch.t) - sketch.lowest) <=
-             close * std::fabs(sketch.lowest);
+      return std::fabs(value(stepper, step, which, coarse.t) - coarse.lowest) <=
+             close * std::fabs(coarse.lowest);
     };
-    if (!sketch.below && sketch.lowest != 0 && (is_far(sketch.lowest) || agrees())) return {};
+    if (!coarse.below && coarse.lowest != 0 && (is_far(coarse.lowest) || agrees())) return {};
   }
   return dip(stepper, step, which, a, b, Detail::state).below;
 }

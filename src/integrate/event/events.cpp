@@ -47,7 +47,7 @@ double EventFinder::side(int which) const {
 }
 
 void EventFinder::evaluate(const Point& point, double t, Sample& out) {
-  problem_->place(t, point.x.data(), point.xdot.data(), point.z.data());
+  problem_->set_point(t, point.x.data(), point.xdot.data(), point.z.data());
   kernel_(problem_->values().data(), out_.data());
   const auto middle = out_.begin() + static_cast<std::ptrdiff_t>(events_->size());
   out.t = t;
@@ -85,11 +85,11 @@ void EventFinder::sample(Stepper& stepper, const StepView& step, double t, Detai
   if (detail == Detail::state && conditions_->needs_derivatives) detail = Detail::full;
   stepper.interpolate(step, t, detail, point_);
   evaluate(point_, out);
-  out.exact = detail != Detail::sketch;
+  out.exact = detail != Detail::coarse;
 }
 
-/// dg/dt of the conditions that contain x′ or z, by differences along the step; their g, too, since a sketch
-/// may know z at the ends of the step only.
+/// dg/dt of the conditions that contain x′ or z, by differences along the step; their g, too, since the
+/// coarse interpolant may have z at the ends of the step only.
 void EventFinder::measure_slopes(Stepper& stepper, const StepView& step, double t, Sample& out) {
   const double apart = (step.to.t - step.from.t) / 64;  // makes far more difference than errors of the step
   const double at = std::min(t, step.to.t - apart / 2);
@@ -100,7 +100,7 @@ void EventFinder::measure_slopes(Stepper& stepper, const StepView& step, double 
     try {
       stepper.interpolate(step, time, Detail::full, point_);
     } catch (const Failure&) {  // the equations are singular there: the run will come to that
-      stepper.interpolate(step, time, Detail::sketch, point_);
+      stepper.interpolate(step, time, Detail::coarse, point_);
     }
     evaluate(point_, beside_);
     return beside_.g;
@@ -115,7 +115,7 @@ void EventFinder::measure_slopes(Stepper& stepper, const StepView& step, double 
 
 /// A sample by the cheapest means that show z.
 void EventFinder::look(Stepper& stepper, const StepView& step, double t, Sample& out) {
-  sample(stepper, step, t, Detail::sketch, out);
+  sample(stepper, step, t, Detail::coarse, out);
   if (wants_.slopes) measure_slopes(stepper, step, t, out);
 }
 
@@ -298,9 +298,9 @@ bool EventFinder::oscillates(const Sample& a, const Sample& b, int depth) {
 
 std::optional<EventFinder::Hit> EventFinder::scan(Stepper& stepper, const StepView& step, Sample& a,
                                                   Sample& b, int depth) {
-  if (changes(a, b)) {  // what the sketches have seen must be so
+  if (changes(a, b)) {  // what the coarse samples show must be so
     make_exact(stepper, step, a);
-    if (changes(floor_, a))  // a sketch had put a root behind it
+    if (changes(floor_, a))  // a coarse sample had put a root behind it
       if (auto hit = first_hit(stepper, step, floor_, a)) return hit;
     floor_ = a;
     make_exact(stepper, step, b);

@@ -136,7 +136,7 @@ class EventFinder {
     double t = 0;
     std::vector<double> g, slope, rate;  ///< rate: radians per time of the sines in g
     std::vector<double> blur;            ///< rounding of those that the solution began on
-    bool exact = true;                   ///< not by a sketch
+    bool exact = true;                   ///< not of the coarse interpolant
   };
   static constexpr double tiny = std::numeric_limits<double>::min();  ///< a sign without a size
   static bool opposite(double a, double b) { return (a < 0 && b > 0) || (a > 0 && b < 0); }
@@ -205,7 +205,7 @@ class EventFinder {
   double end_ = std::numeric_limits<double>::infinity();
   double span_ = 1;  ///< times are rounded to ulp of it
   Sample last_;      ///< at the last point looked at; signs of zeros are those just after
-  Sample floor_;     ///< the last exact sample before those of the step that are sketches
+  Sample floor_;     ///< the last exact sample before the coarse ones of the step
   Sample here_, probe_, beside_;
   Point point_;
   std::vector<double> out_;

@@ -107,7 +107,7 @@ std::function<void(Point&, const std::vector<int>&)> reinitialiser(const std::ve
   if (conditions.empty()) return {};
   const auto all = std::make_shared<const Conditions>(conditions, *problem);
   return [problem, all](Point& point, const std::vector<int>& reset) {
-    problem->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+    problem->set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());
     std::vector<double> values = problem->values();
     const std::vector<Expr> broken = all->broken(values);
     if (broken.empty()) return;

@@ -121,7 +121,7 @@ UniquenessCheck::UniquenessCheck(const Problem& problem) : roots_(roots_of(probl
 }
 
 void UniquenessCheck::evaluate(const Point& point) {
-  problem_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  problem_->set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());
   kernel_(problem_->values().data(), out_.data());
 }
 

@@ -40,7 +40,7 @@ std::vector<int> paired(int n, int N, const dae::Signature& determines) {
 std::shared_ptr<const DependencyGraph> DependencyGraph::of(const Problem& problem, int modes, int least) {
   const dae::FirstOrder& model = problem.model();
   const int n = problem.n(), N = n + problem.m();
-  if (N < least || modes > 0 || !model.u.empty() || problem.projects() || problem.shown_n() != n)
+  if (N < least || modes > 0 || !model.u.empty() || problem.projects() || problem.visible_n() != n)
     return nullptr;
   struct Role {
     int unknown;
@@ -86,7 +86,7 @@ std::shared_ptr<const DependencyGraph> DependencyGraph::of(const Problem& proble
 std::vector<int> DependencyGraph::order(Problem& problem, const Point& point, int& active) const {
   const int n = problem.n();
   std::vector<double> residual(unknown_of_.size());
-  problem.place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  problem.set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());
   problem.residual(residual.data());
   std::vector<char> seen(unknown_of_.size(), 0);
   std::vector<int> order;

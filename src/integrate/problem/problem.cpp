@@ -81,7 +81,7 @@ const Problem::Derivatives& Problem::derivatives() const {
   return all.derivatives.emplace(std::move(found));
 }
 
-void Problem::place(double t, const double* x, const double* xdot, const double* z) {
+void Problem::set_point(double t, const double* x, const double* xdot, const double* z) {
   double* to = unknowns();
   to = std::copy_n(x, n(), to);
   to = std::copy_n(xdot, n(), to);
@@ -157,7 +157,7 @@ static std::string name_with_sensitivities(const std::vector<Expr>& x, int shown
 }
 
 std::string Problem::x_name(int i) const {
-  return name_with_sensitivities(model().x, shown_n(), sensitivities_, i);
+  return name_with_sensitivities(model().x, visible_n(), sensitivities_, i);
 }
 
 std::string Problem::xdot_name(int i) const {
@@ -166,7 +166,7 @@ std::string Problem::xdot_name(int i) const {
 }
 
 std::string Problem::z_name(int i) const {
-  return name_with_sensitivities(model().z, shown_m(), sensitivities_, i);
+  return name_with_sensitivities(model().z, visible_m(), sensitivities_, i);
 }
 
 std::string Problem::equation_name(int row) const {

@@ -22,7 +22,7 @@ struct Point {
   Vec x, xdot, z;
 };
 
-/// F(t, x, x′, z, u, p) = 0 and, for explicit ODEs, f(t, x, u, p). Evaluation is place() and then any of the
+/// F(t, x, x′, z, u, p) = 0 and, for explicit ODEs, f(t, x, u, p). Evaluation is set_point() and then any of the
 /// functions. Not for two threads at once. Copies share the equations and their functions.
 class Problem {
  public:
@@ -48,12 +48,12 @@ class Problem {
   void set_numbers(const Vec& parameters, std::vector<Input> inputs);
   /// How many of x and z are the user's: what stands behind them, ∂x/∂p and ∂z/∂p for each p of `sensitivities`, is
   /// not shown.
-  int shown_n() const { return shown_n_ < 0 ? n() : shown_n_; }
-  int shown_m() const { return shown_m_ < 0 ? m() : shown_m_; }
+  int visible_n() const { return visible_n_ < 0 ? n() : visible_n_; }
+  int visible_m() const { return visible_m_ < 0 ? m() : visible_m_; }
   const std::vector<Expr>& sensitivities() const { return sensitivities_; }
-  void show(int n, int m, std::vector<Expr> sensitivities) {
-    shown_n_ = n;
-    shown_m_ = m;
+  void set_visible_size(int n, int m, std::vector<Expr> sensitivities) {
+    visible_n_ = n;
+    visible_m_ = m;
     sensitivities_ = std::move(sensitivities);
   }
   /// Gives the last parameters new values: the modes of piecewise equations (surfaces.hpp).
@@ -73,7 +73,7 @@ class Problem {
 
   /// Chooses where to evaluate. Arrays of n, n and m numbers. Throws Failure naming an input that is not
   /// finite at t.
-  void place(double t, const double* x, const double* xdot, const double* z);
+  void set_point(double t, const double* x, const double* xdot, const double* z);
   /// The same in two parts: the time (and inputs), then x, x′ and z written to unknowns(), 2n + m numbers.
   void set_time(double t);
   /// Inputs jump at this time, where a step ends: from here on they have their value just before it.
@@ -134,7 +134,7 @@ class Problem {
   bool accelerated_ = false, has_jacobian_ = false;
   std::vector<dae::Projection> projections_;
   std::vector<Projector> projectors_;
-  int shown_n_ = -1, shown_m_ = -1;
+  int visible_n_ = -1, visible_m_ = -1;
   std::vector<Expr> sensitivities_;
   unsigned version_ = 0;
   double limit_ = std::numeric_limits<double>::infinity();

@@ -22,7 +22,7 @@ static std::string untested(const Problem& problem, const std::vector<int>& indi
   for (std::size_t k = 0; k < indices.size(); ++k) {
     if (indices[k] < first) continue;
     const int i = static_cast<int>(k), n = problem.n();
-    if (i < n ? i < problem.shown_n() : i - n < problem.shown_m())
+    if (i < n ? i < problem.visible_n() : i - n < problem.visible_m())
       names.push_back(i < n ? problem.x_name(i) : problem.z_name(i - n));
     highest = std::max(highest, indices[k]);
     lowest = std::min(lowest, indices[k]);

@@ -50,7 +50,7 @@ Vec BorderJump::direction(int event, const Point& point) {
     kernel = codegen::Kernel(outputs, state_.problem->arguments());
     numbers.resize(outputs.size());
   }
-  live_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  live_->set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());
   kernel(live_->values().data(), numbers.data());
   const Eigen::Index n = point.x.size(), m = point.z.size();
   const Tolerances& tolerances = state_.plan.tolerances;
@@ -79,7 +79,7 @@ Point BorderJump::moved(const Point& point, const Vec& by) {
 double BorderJump::condition(int event, const Point& point) {
   auto& [kernel, numbers] = directions_.at(event);
   std::vector<double> all(numbers.size());
-  live_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  live_->set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());
   kernel(live_->values().data(), all.data());
   return all.back();
 }
@@ -88,7 +88,7 @@ Vec BorderJump::difference(const Point& point, const Vec& direction, double dist
   Vec result = Vec::Zero(point.x.size() + point.z.size()), F = result;
   for (const double side : {1.0, -1.0}) {
     const Point there = moved(point, side * distance * direction);
-    live_->place(there.t, there.x.data(), there.xdot.data(), there.z.data());
+    live_->set_point(there.t, there.x.data(), there.xdot.data(), there.z.data());
     live_->residual(F.data());
     result += side * F;
   }
@@ -98,7 +98,7 @@ Vec BorderJump::difference(const Point& point, const Vec& direction, double dist
 /// Of F: a share of Σ |∂F/∂y| |y|.
 Vec BorderJump::rounding(const Point& point) {
   const int n = live_->n();
-  live_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  live_->set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());
   const std::vector<double>& J = live_->jacobian();
   Vec sum = Vec::Zero(n + live_->m());
   for (std::size_t k = 0; k < J.size(); ++k) {

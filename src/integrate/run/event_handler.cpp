@@ -241,7 +241,7 @@ bool EventHandler::repeated_shorter() {
 
 bool EventHandler::is_defined(const Point& point) const {
   Problem& problem = *state_.problem;
-  problem.place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  problem.set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());
   std::vector<double> residual(static_cast<std::size_t>(problem.n() + problem.m()));
   problem.residual(residual.data());
   return std::all_of(residual.begin(), residual.end(), [](double r) { return std::isfinite(r); });
@@ -335,7 +335,7 @@ void EventHandler::restart(const Point& point, const Point& before, const EventF
   modes_.count(hit.list, point);
   if (moment == Moment::later) check_accumulation(point, hit);
   // where x′ is continuous, its derivatives with respect to parameters are
-  const bool follows = state_.problem->n() > state_.problem->shown_n() && !modes_.is_continuous(hit.list);
+  const bool follows = state_.problem->n() > state_.problem->visible_n() && !modes_.is_continuous(hit.list);
   const double slope = follows ? state_.finder.slope(hit.list.front().which, before) : 0;
   begin_again(point, hit.list);
   if (follows) follow_sensitivities(before, hit, slope);
@@ -397,7 +397,7 @@ void EventHandler::follow_sensitivities(const Point& before, const EventFinder::
   if (slope == 0)
     throw Failure(text("the solution grazes ", to_text(event.when), " = 0: it is not differentiable there"));
   Point after = state_.stepper().here();
-  const int n = state_.problem->shown_n();
+  const int n = state_.problem->visible_n();
   const auto& x = state_.problem->model().x;
   for (Eigen::Index j = 0; j < tangent.size(); ++j) {
     const double shift = -tangent[j] / slope;

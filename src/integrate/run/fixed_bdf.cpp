@@ -50,7 +50,7 @@ class BdfEquations : public Equations {
  private:
   void place(const Vec& w) {
     xdot_ = velocity(w);
-    problem_.place(t_, w.data(), xdot_.data(), w.data() + problem_.n());
+    problem_.set_point(t_, w.data(), xdot_.data(), w.data() + problem_.n());
   }
   Problem& problem_;
   Stats& stats_;

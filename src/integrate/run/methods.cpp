@@ -258,7 +258,7 @@ bool is_diffusion(Problem& problem, const Rates& rates, const Point& at) {
   constexpr double real = 1.05, shrinking = 0.01, normal = 0.01;
   if (rates.fastest > real * rates.damped || rates.growing > shrinking * rates.damped) return false;
   const int n = problem.n();
-  problem.place(at.t, at.x.data(), at.xdot.data(), at.z.data());
+  problem.set_point(at.t, at.x.data(), at.xdot.data(), at.z.data());
   const std::vector<double>& values = problem.jacobian();
   std::vector<Eigen::Triplet<double>> entries;
   for (std::size_t k = 0; k < problem.pattern().size(); ++k)

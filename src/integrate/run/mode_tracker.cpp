@@ -329,7 +329,7 @@ void ModeTracker::rebuild(const Point& point) {
   }
   if (!any) return;
   Problem& problem = *state_.problem;
-  problem.place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  problem.set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());
   std::unordered_map<Expr, double> values;
   for (std::size_t k = 0; k < problem.arguments().size(); ++k)
     values[problem.arguments()[k]] = problem.values()[k];

@@ -130,7 +130,7 @@ std::vector<std::pair<int, int>> ModeTracker::outside() const {
   std::vector<std::pair<int, int>> result;
   if (weights_.empty()) return result;
   const Point& here = state_.stepper().here();
-  state_.problem->place(here.t, here.x.data(), here.xdot.data(), here.z.data());
+  state_.problem->set_point(here.t, here.x.data(), here.xdot.data(), here.z.data());
   const std::vector<double> mu =
       codegen::Kernel(weights_, state_.problem->arguments())(state_.problem->values());
   std::size_t next = 0;

@@ -40,7 +40,7 @@ class Regularity {
   }
 
   double operator()(const Point& point) {
-    problem_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+    problem_->set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());
     const std::vector<double> values = kernel_(problem_->values());
     Mat J = Mat::Zero(row_.size(), column_.size());
     for (std::size_t k = 0; k < values.size(); ++k) J(entries_[k].row, entries_[k].column) = values[k];

@@ -106,7 +106,7 @@ class KeptMonitor {
   /// Of all constraints, of length 1 in the metric of the masses: √(g M⁻¹ gᵀ) is the same in any unit of any
   /// coordinate. Without one (coordinates without inertia), rows and columns scaled.
   Mat gradients(const Point& point) {
-    problem_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+    problem_->set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());
     const std::vector<double> values = kernel_(problem_->values());
     const Index n = all_.q.size();
     Mat J = Mat::Zero(all_.C.size(), n), M = Mat::Zero(n, n);

@@ -100,9 +100,9 @@ class Terms {
   Terms(Problem& problem, const Point& at, double t)
       : problem_(problem), n_(problem.n()), size_(problem.n() + problem.m()) {
     const Point other = beside(at);
-    problem.place(t, other.x.data(), other.xdot.data(), other.z.data());
+    problem.set_point(t, other.x.data(), other.xdot.data(), other.z.data());
     const std::vector<double> there = problem.jacobian();
-    problem.place(t, at.x.data(), at.xdot.data(), at.z.data());
+    problem.set_point(t, at.x.data(), at.xdot.data(), at.z.data());
     const std::vector<double>& values = problem.jacobian();
     const std::vector<Problem::Entry>& pattern = problem.pattern();
     std::vector<char> foreign(static_cast<std::size_t>(size_), 0);  // those of sensitivities
@@ -124,7 +124,7 @@ class Terms {
 
   const std::vector<Term>& list() const { return list_; }
   bool is_shown(int unknown) const {
-    return unknown < n_ ? unknown < problem_.shown_n() : unknown - n_ < problem_.shown_m();
+    return unknown < n_ ? unknown < problem_.visible_n() : unknown - n_ < problem_.visible_m();
   }
 
   /// Sets of equations that determine unknowns together, each after those it depends on; all in one where the
@@ -157,7 +157,7 @@ Vec forcing(Problem& problem, const Point& start, double from, double interval, 
   const Eigen::Index size = problem.n() + problem.m();
   Vec first(size), later(size), slope, largest = Vec::Zero(size);
   const auto change_within = [&](double time) {
-    problem.place(from + time, start.x.data(), start.xdot.data(), start.z.data());
+    problem.set_point(from + time, start.x.data(), start.xdot.data(), start.z.data());
     problem.residual(later.data());
     return Vec((later - first).cwiseAbs());
   };

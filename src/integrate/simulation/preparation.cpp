@@ -174,7 +174,7 @@ void complete(Preparation& all, const Vec& parameters, const Simulation& simulat
                                               [](double) { return 0.0; });  // those of a run end with it
   auto problem = std::make_shared<Problem>(std::move(form), values, no_inputs);
   if (!all.folded.empty()) problem->keep_symbolic(std::move(residuals));
-  problem->show(n, m, all.variational ? all.variational->with_respect_to : std::vector<Expr>());
+  problem->set_visible_size(n, m, all.variational ? all.variational->with_respect_to : std::vector<Expr>());
   problem->set_projections(all.stages);
   all.parameters = parameters;
   all.problem = std::move(problem);

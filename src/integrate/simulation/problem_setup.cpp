@@ -97,8 +97,8 @@ static Vec tolerance(const ToleranceRequest& request, const Vec& usual, const da
   unknowns.insert(unknowns.end(), form.z.begin(), form.z.end());
   Vec result = request.all ? Vec::Constant(usual.size(), *request.all) : usual;
   if (!request.list.empty()) {
-    const auto given = request.list.size(), n = static_cast<std::size_t>(problem.shown_n()),
-               m = static_cast<std::size_t>(problem.shown_m());
+    const auto given = request.list.size(), n = static_cast<std::size_t>(problem.visible_n()),
+               m = static_cast<std::size_t>(problem.visible_m());
     if (given != n && given != n + m)
       throw Error(text(what, " has ", given, " entries for ", n, " states and ", m, " algebraic variables"));
     for (std::size_t i = 0; i < given; ++i) result[i < n ? i : form.x.size() + i - n] = request.list[i];
@@ -127,7 +127,8 @@ static std::vector<int> variable_indices(const dae::Model& model, const Problem&
     return 1;
   };
   // Sensitivities stand behind the unknowns, in blocks of the same order, and share their index.
-  const auto n = static_cast<std::size_t>(problem.shown_n()), m = static_cast<std::size_t>(problem.shown_m());
+  const auto n = static_cast<std::size_t>(problem.visible_n()),
+             m = static_cast<std::size_t>(problem.visible_m());
   for (std::size_t i = 0; i < form.x.size(); ++i) result[i] = index_of(form.x[i % n]);
   for (std::size_t i = 0; i < form.z.size(); ++i) result[form.x.size() + i] = index_of(form.z[i % m]);
   return result;
@@ -351,7 +352,8 @@ ProblemSetup set_up_problem(const dae::ModelPtr& model, const Simulation& simula
           {treated.form.x, treated.conditions, sparse_jacobian(treated.conditions, treated.form.x), {}});
     if (variational) treated.form = integrate::variational(treated.form, variational->with_respect_to).form;
     auto problem = std::make_shared<Problem>(std::move(treated.form), parameters, inputs);
-    problem->show(all->problem->shown_n(), all->problem->shown_m(), all->problem->sensitivities());
+    problem->set_visible_size(all->problem->visible_n(), all->problem->visible_m(),
+                              all->problem->sensitivities());
     problem->set_projections(stages);
     return {problem, treated.weights};
   };

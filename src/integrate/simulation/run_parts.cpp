@@ -130,7 +130,7 @@ std::function<bool(const Point&)> SolutionInParts::stop_when(const dae::ModelPtr
   const auto meanings = std::make_shared<Meanings>(pieces_->meanings_in(*part, problem->arguments()));
   const auto kernel = std::make_shared<codegen::Kernel>(meanings->expressions, problem->arguments());
   return [this, own = std::move(own), problem, meanings, kernel](const Point& point) {
-    problem->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+    problem->set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());
     const std::vector<double> values = (*kernel)(problem->values());
     const auto n = static_cast<Eigen::Index>(values.size());
     stopped_ = simulation_.plan.stop_when(

@@ -42,7 +42,7 @@ class ChoiceMonitor {
 
   /// A clearly better choice, if there is one.
   std::optional<dae::DummySelection> better(const Point& point, double than = clearly_worse) {
-    problem_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+    problem_->set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());
     const std::vector<double> numbers = kernel_(problem_->values());
     try {
       const dae::DummySelection best = pivoting_.best(numbers);

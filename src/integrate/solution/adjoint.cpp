@@ -109,7 +109,7 @@ class Sweep {
 
   /// ∂F/∂x and ∂F/∂(x′, z) there.
   void linearise(double t, const Vec& x, const Vec& xdot, const Vec& z) {
-    problem_->place(t, x.data(), xdot.data(), z.data());
+    problem_->set_point(t, x.data(), xdot.data(), z.data());
     const std::vector<double>& J = problem_->jacobian();
     Fx_ = Mat::Zero(N_, n_);
     inner_ = Mat::Zero(N_, N_);

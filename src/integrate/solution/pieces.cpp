@@ -41,7 +41,7 @@ Vec value_at(const Piece& piece, double t) {
 
 /// x, x′ and z of the user's variables in one column.
 Vec stacked(const Problem& problem, const Point& point) {
-  const int n = problem.shown_n(), m = problem.shown_m();
+  const int n = problem.visible_n(), m = problem.visible_m();
   Vec all(2 * n + m);
   all << point.x.head(n), point.xdot.head(n), point.z.head(m);
   return all;
@@ -50,7 +50,7 @@ Vec stacked(const Problem& problem, const Point& point) {
 class Sampler {
  public:
   explicit Sampler(const Solution& solution) : solution_(solution), problem_(solution.problem()) {
-    scale_ = Vec::Constant(2 * problem_.shown_n() + problem_.shown_m(), 1e-300);
+    scale_ = Vec::Constant(2 * problem_.visible_n() + problem_.visible_m(), 1e-300);
     for (int i = 0; i < solution.size(); ++i)
       scale_ = scale_.cwiseMax(stacked(problem_, solution.point(i)).cwiseAbs());
   }

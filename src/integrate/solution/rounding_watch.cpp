@@ -41,7 +41,7 @@ class StepMatrix {
   std::vector<double> rounding(Problem& problem, const Point& at) {
     const auto size = static_cast<std::size_t>(problem.n() + problem.m());
     std::vector<double> before(size), after(size);
-    problem.place(at.t, at.x.data(), at.xdot.data(), at.z.data());
+    problem.set_point(at.t, at.x.data(), at.xdot.data(), at.z.data());
     problem.residual(before.data());
     std::vector<double> shift;
     std::uint32_t random = 1;
@@ -64,7 +64,7 @@ class StepMatrix {
 
  private:
   static const std::vector<double>& at_point(Problem& problem, const Point& at) {
-    problem.place(at.t, at.x.data(), at.xdot.data(), at.z.data());
+    problem.set_point(at.t, at.x.data(), at.xdot.data(), at.z.data());
     return problem.jacobian();
   }
   std::vector<double> entries_, values_;

@@ -109,7 +109,7 @@ const codegen::Kernel& Solution::kernel(std::span<const Expr> expressions) const
 }
 
 void Solution::evaluate(const codegen::Kernel& compiled, const Point& point, double* out) const {
-  values_problem_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  values_problem_->set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());
   compiled(values_problem_->values().data(), out);
 }
 
@@ -148,8 +148,8 @@ std::string Solution::str() const {
   if (size() == 0) return "solution: " + status() + "\n";
   Table table({false, false, true});
   const Point end = final();
-  for (int i = 0; i < problem().shown_n(); ++i) table.row({problem().x_name(i), "=", rounded(end.x[i])});
-  for (int i = 0; i < problem().shown_m(); ++i) table.row({problem().z_name(i), "=", rounded(end.z[i])});
+  for (int i = 0; i < problem().visible_n(); ++i) table.row({problem().x_name(i), "=", rounded(end.x[i])});
+  for (int i = 0; i < problem().visible_m(); ++i) table.row({problem().z_name(i), "=", rounded(end.z[i])});
   const std::string step = dt_ > 0 ? text(", dt = ", rounded(dt_, 6)) : "";
   const std::size_t switches = states_in_use_.empty() ? 0 : states_in_use_.size() - 1;
   std::string used;

@@ -34,7 +34,10 @@ class Matching {
       if (p.row == p.column) row_of[slot(p.row)] = column_of_[slot(p.row)] = p.row;
     for (int i = 0; i < n; ++i)
       for (const int* j = columns_of_.begin(i); column_of_[slot(i)] < 0 && j != columns_of_.end(i); ++j)
-        if (row_of[slot(*j)] < 0) row_of[slot(*j)] = i, column_of_[slot(i)] = *j;
+        if (row_of[slot(*j)] < 0) {
+          row_of[slot(*j)] = i;
+          column_of_[slot(i)] = *j;
+        }
     long left = 100 * static_cast<long>(positions.size()) + 1000;
     for (int i = 0; i < n && complete; ++i)
       if (column_of_[slot(i)] < 0) complete = augment(i, left);
@@ -96,7 +99,10 @@ int walk(const Lists& graph, int from, std::vector<int>& order, std::vector<char
     for (const std::size_t end = order.size(); done < end; ++done) {
       const std::size_t first = order.size();
       for (const int* j = graph.begin(order[done]); j != graph.end(order[done]); ++j)
-        if (!seen[slot(*j)]) seen[slot(*j)] = 1, order.push_back(*j);
+        if (!seen[slot(*j)]) {
+          seen[slot(*j)] = 1;
+          order.push_back(*j);
+        }
       std::sort(order.begin() + static_cast<std::ptrdiff_t>(first), order.end(), [&](int a, int b) {
         return graph.size(a) != graph.size(b) ? graph.size(a) < graph.size(b) : a < b;
       });

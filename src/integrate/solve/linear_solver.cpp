@@ -242,9 +242,12 @@ template <class Scalar>
 LinearSolver<Scalar>& LinearSolver<Scalar>::operator=(LinearSolver&&) noexcept = default;
 
 template <class Scalar>
-void LinearSolver<Scalar>::analyse(int n, const std::vector<Position>& positions, Road road) {
+void LinearSolver<Scalar>::analyse(int n, const std::vector<Position>& positions,
+                                   Factorisation factorisation) {
   n_ = n;
-  straight_limit_ = road == Road::chosen ? straight_limit : road == Road::straight ? n : 0;
+  straight_limit_ = factorisation == Factorisation::chosen     ? straight_limit
+                    : factorisation == Factorisation::straight ? n
+                                                               : 0;
   positions_ = positions;
   std::vector<codegen::StraightLU::Position> known;
   for (const Position& p : positions_) known.push_back({p.row, p.column});
@@ -252,22 +255,22 @@ void LinearSolver<Scalar>::analyse(int n, const std::vector<Position>& positions
   use_ = nullptr;
   if (n <= straight_limit_) {
     straight_ = codegen::StraightLU::remembered(n, known, is_complex<Scalar>);
-    use_ =
-        road == Road::straight ? std::make_shared<PatternUse>() : use_of(n, positions_, is_complex<Scalar>);
+    use_ = factorisation == Factorisation::straight ? std::make_shared<PatternUse>()
+                                                    : use_of(n, positions_, is_complex<Scalar>);
   }
   count_ = plans_ = 0;
   next_plan_ = 0;
-  first_plan_ = road == Road::straight ? 0 : often(n);
+  first_plan_ = factorisation == Factorisation::straight ? 0 : often(n);
   use_straight_ = false;
   const bool dense = n <= dense_limit || is_full(n, positions_, full, full_limit);
   sparse_ = nullptr;
   band_ = nullptr;
-  if (road == Road::band || (road == Road::chosen && !dense)) {
+  if (factorisation == Factorisation::band || (factorisation == Factorisation::chosen && !dense)) {
     if (auto order = BandOrder::find(n, positions_))
       band_ = std::make_unique<BandLU<Scalar>>(positions_, std::move(order));
     if (band_) return;
   }
-  if (road == Road::sparse || (road != Road::dense && !dense)) {
+  if (factorisation == Factorisation::sparse || (factorisation != Factorisation::dense && !dense)) {
     sparse_ = std::make_unique<Sparse>(n, positions_);
     return;
   }

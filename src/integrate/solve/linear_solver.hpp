@@ -5,8 +5,8 @@
 // others: the pattern is analysed once, later factorisations keep the pivots (klu_refactor) as long as their
 // growth is harmless. A system that is factorised so often that it pays gets straight-line code for its
 // pattern (what was factorised in earlier runs counts), with the pivots of the matrix at hand. Where later
-// matrices need others, the first road takes over until there is a second code, and so on: the last few are
-// remembered beyond the life of the solver, and the one that suits is used. The borders are measured:
+// matrices need others, the first solver takes over until there is code for them, too. The last few programs are
+// kept beyond the life of the solver, and the one that suits is used. The limits are measured:
 // bench/linear.cpp, bench/linear.txt. Davis & Palamadai Natarajan, Algorithm 907: KLU, ACM TOMS 37(3), 2010.
 #pragma once
 
@@ -47,10 +47,11 @@ class LinearSolver {
   /// Which of the four to use: by size and use, or always the same one (bench/linear.cpp compares them;
   /// `straight` from the first matrix on, and only where code can be made; `band` only where it is narrow,
   /// else `sparse`).
-  enum class Road { chosen, dense, straight, sparse, band };
+  enum class Factorisation { chosen, dense, straight, sparse, band };
 
   /// positions: where the entries of an n × n matrix are; an entry may be given in parts (they are added).
-  void analyse(int n, const std::vector<Position>& positions, Road road = Road::chosen);
+  void analyse(int n, const std::vector<Position>& positions,
+               Factorisation factorisation = Factorisation::chosen);
 
   /// values in the order of positions. False if the matrix is singular to rounding or not finite.
   /// Cost: O(n³) dense, the fill of KLU otherwise. No allocation after the first call.

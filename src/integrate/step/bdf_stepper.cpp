@@ -284,7 +284,10 @@ void BdfStepper::interpolate(const StepView& step, double t, Detail detail, Poin
       factor *= u;
     }
     const double* Dj = differences + static_cast<std::ptrdiff_t>(j) * N_;
-    for (int i = 0; i < n(); ++i) out.x[i] += factor * Dj[i], out.xdot[i] += slope * Dj[i];
+    for (int i = 0; i < n(); ++i) {
+      out.x[i] += factor * Dj[i];
+      out.xdot[i] += slope * Dj[i];
+    }
     for (int i = n(); i < N_; ++i) out.z[i - n()] += factor * Dj[i];
   }
   if (detail == Detail::full && determined_) rhs_(t, out.x.data(), out.xdot.data(), out.z.data());

@@ -90,7 +90,7 @@ ExplicitStepper::ExplicitStepper(ProblemPtr problem, TableauPtr tableau, Toleran
       rows_(scheme_->rows),
       stage_accuracy_(n() > 0 ? 1e-4 * tolerances_.rtol.head(n()).minCoeff() : 0) {
   const int stages = tableau_->stages();
-  code_ = ExplicitCode::make(*problem_, *tableau_, controller_.rules().stiff_stage, tolerances_);
+  code_ = CompiledExplicitStep::make(*problem_, *tableau_, controller_.rules().stiff_stage, tolerances_);
   stages_.K.resize(static_cast<std::size_t>((stages + 3) * n()));
   stages_.Z.resize(static_cast<std::size_t>(stages * m()));
   largest_z_.setZero(m());
@@ -320,7 +320,7 @@ bool ExplicitStepper::complete() {
   if (problem_->projects() && !(coded_ && end_.near_conditions)) {
     try {
       moved = problem_->project_if_needed(next_.t, next_.x, tolerances_.rtol, tolerances_.atol,
-                                          ExplicitCode::share);
+                                          CompiledExplicitStep::share);
     } catch (const Failure& failure) {
       trouble_ = failure.what();
       return false;
@@ -398,14 +398,14 @@ void ExplicitStepper::interpolate(const StepView& step, double t, Detail detail,
     return;
   }
   out.t = t;
-  const bool computed = detail != Detail::sketch && compute(step.from, dt);
+  const bool computed = detail != Detail::coarse && compute(step.from, dt);
   doubtful_ = computed && !(error_norm() <= largest_inside);
   if (computed) {
     out.x.resize(n());
     std::copy_n(end_of_step(), n(), out.x.data());
   } else {
     hermite(step, t, out);
-    if (detail == Detail::sketch) return;
+    if (detail == Detail::coarse) return;
   }
   if (problem_->projects()) problem_->project_if_needed(t, out.x, tolerances_.rtol, tolerances_.atol, 1e-3);
   if (detail == Detail::state) return;

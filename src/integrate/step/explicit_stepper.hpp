@@ -80,8 +80,8 @@ class ExplicitStepper final : public Stepper {
   RhsSolver rhs_;
   const Rows& rows_;
   double stage_accuracy_;  ///< relative, of x′ and z that no mesh point keeps
-  std::shared_ptr<ExplicitCode> code_;
-  ExplicitCode::End end_{};
+  std::shared_ptr<CompiledExplicitStep> code_;
+  CompiledExplicitStep::End end_{};
   bool coded_ = false;  ///< the last step was: end_ holds it, not stages_
   int in_vain_ = 0;     ///< steps in a row that the code could not make, and the stages could
   Stages stages_;

@@ -110,7 +110,7 @@ double IrkStepper::stiff_error_at_end(double dt) {
     shift(f().gamma / dt);
     if (!matrices().real.factorise(shifted_.real.data())) return 0;
   }
-  problem_->place(next_.t, next_.x.data(), work_.velocity.data(), next_.z.data());
+  problem_->set_point(next_.t, next_.x.data(), work_.velocity.data(), next_.z.data());
   problem_->residual(error_.data());
   ++stats_.evaluations;
   matrices().real.solve(error_.data());
@@ -144,7 +144,7 @@ void IrkStepper::release_stiff_error(double dt) {
 }
 
 double IrkStepper::damped_error_norm(double dt, bool again) {
-  if (NewtonCode* code = matrices().code.get()) return damped_error_norm(*code, again);
+  if (CompiledNewtonStep* code = matrices().code.get()) return damped_error_norm(*code, again);
   const auto size = static_cast<std::size_t>(N_);
   std::fill_n(work_.velocity.data(), n(), 0.0);
   for (int i = 0; i < f().s; ++i)
@@ -159,8 +159,8 @@ double IrkStepper::damped_error_norm(double dt, bool again) {
   return std::isfinite(second) ? second : norm;
 }
 
-double IrkStepper::damped_error_norm(NewtonCode& code, bool again) {
-  const auto norm = [&](const NewtonCode::End& end) {
+double IrkStepper::damped_error_norm(CompiledNewtonStep& code, bool again) {
+  const auto norm = [&](const CompiledNewtonStep::End& end) {
     ++stats_.evaluations;
     error_.assign(end.error, end.error + N_);
     return std::max(ErrorSum::norm(end.sum, end.largest, N_), 1e-10);

@@ -51,7 +51,7 @@ double IrkStepper::missed_between_stages(double dt) {
 bool IrkStepper::corrected_there(double t, double dt, const double* y, Vec& xdot, Vec& z) {
   const double gh = dt / f().gamma;
   const auto residual = [&](const double* x) {
-    problem_->place(t, x, xdot.data(), z.data());
+    problem_->set_point(t, x, xdot.data(), z.data());
     problem_->residual(error_.data());
     ++stats_.evaluations;
     for (std::size_t k = 0; k < error_.size(); ++k)

@@ -26,7 +26,7 @@ bool IrkStepper::evaluate_jacobian(double ahead) {
   jacobian_.fresh = true;
   int row = -1;  // of an infinite entry
   const auto take = [&](const Point& at) {
-    problem_->place(at.t, at.x.data(), at.xdot.data(), at.z.data());
+    problem_->set_point(at.t, at.x.data(), at.xdot.data(), at.z.data());
     jacobian_.entries = problem_->jacobian();
     ++stats_.jacobians;
     const auto infinite = std::find_if_not(jacobian_.entries.begin(), jacobian_.entries.end(),
@@ -48,7 +48,8 @@ bool IrkStepper::use_code(double dt, bool now) {
   if (!pivots) return false;
   const long iterations = stats_.newton_iterations - iteration_.counted;
   iteration_.counted = stats_.newton_iterations;
-  matrices().code = NewtonCode::make({*problem_, f(), rows_.bare, rows_.in_mass, *pivots}, iterations, now);
+  matrices().code =
+      CompiledNewtonStep::make({*problem_, f(), rows_.bare, rows_.in_mass, *pivots}, iterations, now);
   if (matrices().code && !matrices().code->factorise(jacobian_.entries, dt)) matrices().code = nullptr;
   return matrices().code != nullptr;
 }
@@ -74,7 +75,7 @@ void IrkStepper::shift(std::complex<double> factor) {
 
 bool IrkStepper::factorise(double dt) {
   ++stats_.factorisations;
-  NewtonCode* code = matrices().code.get();
+  CompiledNewtonStep* code = matrices().code.get();
   bool regular = code && code->factorise(jacobian_.entries, dt);
   if (!regular) {
     matrices().code = nullptr;
@@ -128,7 +129,7 @@ int IrkStepper::degree_continued(double dt) {
 }
 
 void IrkStepper::start_iteration(double dt) {
-  NewtonCode* code = matrices().code.get();
+  CompiledNewtonStep* code = matrices().code.get();
   if (code) code->begin(*problem_, here_.t, dt, y_.data(), scales_.scale.data());
   const int degree = degree_continued(dt);
   if (code && last_.level == order_.level && degree == f().s) {
@@ -209,8 +210,10 @@ void IrkStepper::solve_stages() {
   for (LinearSolver<std::complex<double>>& solver : matrices().complex) {
     for (std::size_t k = 0; k < size; ++k) shifted_.right[k] = {-w[k], w[size + k]};
     solver.solve(shifted_.right.data());
-    for (std::size_t k = 0; k < size; ++k)
-      w[k] = shifted_.right[k].real(), w[size + k] = -shifted_.right[k].imag();
+    for (std::size_t k = 0; k < size; ++k) {
+      w[k] = shifted_.right[k].real();
+      w[size + k] = -shifted_.right[k].imag();
+    }
     w += 2 * size;
   }
   mix(f().T, work_.transformed, work_.R);
@@ -218,19 +221,19 @@ void IrkStepper::solve_stages() {
 
 /// F of the last stage in the last iteration, and its stride.
 std::pair<const double*, std::ptrdiff_t> IrkStepper::last_residual() {
-  if (NewtonCode* code = matrices().code.get())
-    return {code->stage_of_last_iteration(f().s - 1).residual, NewtonCode::lanes};
+  if (CompiledNewtonStep* code = matrices().code.get())
+    return {code->stage_of_last_iteration(f().s - 1).residual, CompiledNewtonStep::lanes};
   return {work_.residual.data(), 1};
 }
 
 /// Do the slopes and residuals of the last iteration belong to a step that is nearly solved?
 bool IrkStepper::plausible(double dt) {
   if (check_.empty()) return true;
-  if (NewtonCode* code = matrices().code.get()) {
+  if (CompiledNewtonStep* code = matrices().code.get()) {
     check_.begin();
     for (int i = 0; i < f().s; ++i) {
-      const NewtonCode::Stage stage = code->stage_of_last_iteration(i);
-      check_.add(stage.slope, 1 / dt, stage.residual, NewtonCode::lanes, jacobian_.entries);
+      const CompiledNewtonStep::Stage stage = code->stage_of_last_iteration(i);
+      check_.add(stage.slope, 1 / dt, stage.residual, CompiledNewtonStep::lanes, jacobian_.entries);
     }
   }
   return check_.plausible(dt, scales_.scale, jacobian_.entries);
@@ -248,7 +251,7 @@ double IrkStepper::iterate(double dt) {
   return ErrorSum::norm(sum, largest, f().s * N_);
 }
 
-double IrkStepper::iterate(NewtonCode& code) {
+double IrkStepper::iterate(CompiledNewtonStep& code) {
   double sum = 0, largest = 0;
   stats_.evaluations += f().s;
   ++stats_.newton_iterations;
@@ -263,7 +266,7 @@ IrkStepper::Newton IrkStepper::newton(double dt) {
   double before = 0, quotient_before = 0;
   iteration_.contraction = std::pow(static_cast<float>(std::max(iteration_.contraction, eps)), 0.8f);
   iteration_.theta = keep_jacobian_below;
-  NewtonCode* code = matrices().code.get();
+  CompiledNewtonStep* code = matrices().code.get();
   for (iteration_.count = 1;; ++iteration_.count) {
     const double length = code ? iterate(*code) : iterate(dt);
     if (!std::isfinite(length)) return Newton::not_finite;

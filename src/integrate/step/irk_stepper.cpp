@@ -378,7 +378,7 @@ void IrkStepper::interpolate(const StepView& step, double t, Detail detail, Poin
     out.x[k] = value;
     out.xdot[k] = slope / dt;
   }
-  if (detail == Detail::sketch) return;
+  if (detail == Detail::coarse) return;
   refine(step, static_cast<int>(level), t, out);
 }
 
@@ -421,7 +421,7 @@ bool IrkStepper::reaches(const StepView& step, int level, double t) {
     combine(N_, Zi, std::span<const double>(work_.lagrange).subspan(1, static_cast<std::size_t>(f().s)), Z,
             N_, Zi);
   }
-  NewtonCode* code = matrices().code.get();
+  CompiledNewtonStep* code = matrices().code.get();
   if (code) {
     code->begin(*problem_, here_.t, dt, y_.data(), scales_.scale.data());
     code->set(Z_.data());

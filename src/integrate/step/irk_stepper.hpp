@@ -54,7 +54,7 @@ class IrkStepper final : public Stepper {
   struct Matrices {
     LinearSolver<double> real;
     std::vector<LinearSolver<std::complex<double>>> complex;
-    std::shared_ptr<NewtonCode> code;  ///< holds the factors at hand, if there is code
+    std::shared_ptr<CompiledNewtonStep> code;  ///< holds the factors at hand, if there is code
   };
   /// Of ∂F/∂(x, x′, z), as a matrix of size n + m: what belongs to x′ is added to what belongs to x.
   struct Pattern {
@@ -93,7 +93,7 @@ class IrkStepper final : public Stepper {
     double slow_factor = 0.5;  ///< of dt, when it was slow
     int failures = 0;          ///< since the last accepted step
     int wary = 0;              ///< steps that are still checked: correction_at_end()
-    long counted = 0;          ///< of Stats::newton_iterations, by NewtonCode::make
+    long counted = 0;          ///< of Stats::newton_iterations, by CompiledNewtonStep::make
     Prediction prediction{};
   };
   /// Which of the formulas makes this step and the next, and the steps since the last change.
@@ -144,7 +144,7 @@ class IrkStepper final : public Stepper {
   void predict(double dt, int degree);
   Newton newton(double dt);
   double iterate(double dt);
-  double iterate(NewtonCode& code);
+  double iterate(CompiledNewtonStep& code);
   bool plausible(double dt);
   std::pair<const double*, std::ptrdiff_t> last_residual();
   bool residuals(double dt);
@@ -159,7 +159,7 @@ class IrkStepper final : public Stepper {
   double stiff_error_at_end(double dt);
   void release_stiff_error(double dt);
   double damped_error_norm(double dt, bool again);
-  double damped_error_norm(NewtonCode& code, bool again);
+  double damped_error_norm(CompiledNewtonStep& code, bool again);
   void end_step(double dt);
   double filtered_error(const double* y);
   bool complete(double dt);
@@ -191,7 +191,7 @@ class IrkStepper final : public Stepper {
   PulseWatch pulses_;
   RoundingFloor rounding_;
   std::vector<double> y_, Z_, error_;
-  NewtonCode::End end_{};  ///< of the step in hand, where there is code
+  CompiledNewtonStep::End end_{};  ///< of the step in hand, where there is code
   Work work_;
   Point next_;
   LastStep last_;

@@ -53,7 +53,7 @@ bool RosenbrockStepper::factorise_at_end(double gh, const std::vector<double>& e
 }
 
 void RosenbrockStepper::keep_jacobian(const Point& at, std::vector<double>& entries) {
-  problem_->place(at.t, at.x.data(), at.xdot.data(), at.z.data());
+  problem_->set_point(at.t, at.x.data(), at.xdot.data(), at.z.data());
   entries = problem_->jacobian();
   entries_at_ = at.t;
   ++stats_.jacobians;

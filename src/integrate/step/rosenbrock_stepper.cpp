@@ -89,7 +89,11 @@ RosenbrockStepper::RosenbrockStepper(ProblemPtr problem, RosenbrockPtr method, T
     v->assign(size, 0.0);
   U_.assign(size * static_cast<std::size_t>(method_->stages()), 0.0);
   last_.dense.assign(size * (2 + static_cast<std::size_t>(method_->dense().rows())), 0.0);
-  for (Point* p : {&next_, &before_}) p->x.resize(n()), p->xdot.resize(n()), p->z.resize(m());
+  for (Point* p : {&next_, &before_}) {
+    p->x.resize(n());
+    p->xdot.resize(n());
+    p->z.resize(m());
+  }
 }
 
 void RosenbrockStepper::require_constant_mass() const {
@@ -123,14 +127,15 @@ void RosenbrockStepper::prepare_code() {
 
 bool RosenbrockStepper::use_code() {
   if (N_ <= largest_coded && solver_.straight())
-    code_ = RosenbrockCode::make({*problem_, *method_, rows_.in_mass, *solver_.straight(), tolerances_});
+    code_ =
+        CompiledRosenbrockStep::make({*problem_, *method_, rows_.in_mass, *solver_.straight(), tolerances_});
   return code_ != nullptr;
 }
 
 /// ∂F/∂t at a point; nothing to do where the code knows it. False if it is not finite.
 bool RosenbrockStepper::time_derivative(const Point& at) {
   if (!depends_on_time_ || (code_ && problem_->model().u.empty())) return true;
-  problem_->place(at.t, at.x.data(), at.xdot.data(), at.z.data());
+  problem_->set_point(at.t, at.x.data(), at.xdot.data(), at.z.data());
   if (problem_->model().u.empty()) {
     time_kernel_(problem_->values().data(), Ft_.data());
   } else {  // inputs are known as functions of numbers only
@@ -343,7 +348,7 @@ void RosenbrockStepper::record(double* to) const {
 /// The method itself from the beginning of the step to t: of its order, where that costs little.
 bool RosenbrockStepper::refine(const StepView& step, double t, Point& out) {
   if (!code_ || !time_derivative(step.from)) return false;
-  const RosenbrockCode::End end = code_->run(*problem_, step.from, t - step.from.t, Ft_.data());
+  const CompiledRosenbrockStep::End end = code_->run(*problem_, step.from, t - step.from.t, Ft_.data());
   out.t = t;
   out.x = Eigen::Map<const Vec>(end.y, n());
   out.z = Eigen::Map<const Vec>(end.y + n(), m());
@@ -358,7 +363,7 @@ void RosenbrockStepper::interpolate(const StepView& step, double t, Detail detai
     return;
   }
   doubtful_ = false;
-  if (detail != Detail::sketch && t > step.from.t && refine(step, t, out)) return;
+  if (detail != Detail::coarse && t > step.from.t && refine(step, t, out)) return;
   const double t0 = step.record[0], dt = step.record[1];
   const double* y = step.record + 2;
   std::vector<double> value(static_cast<std::size_t>(N_));

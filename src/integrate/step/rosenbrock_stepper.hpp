@@ -93,8 +93,8 @@ class RosenbrockStepper final : public Stepper {
   Point next_;
   PredictiveController control_;
   std::string trouble_;
-  std::shared_ptr<RosenbrockCode> code_;  ///< whole steps, where there is code
-  RosenbrockCode::End end_{};             ///< of the last one
+  std::shared_ptr<CompiledRosenbrockStep> code_;  ///< whole steps, where there is code
+  CompiledRosenbrockStep::End end_{};             ///< of the last one
 };
 
 }  // namespace pendula::integrate

@@ -20,7 +20,7 @@ void StageEquations::place(const Vec& w, int i) {
   for (int j = 0; j < t_.size(); ++j)
     if (coupling_(i, j) != 0) x_ += coupling_(i, j) * w.segment(j * N, n);
   const double* K = w.data() + i * N;
-  problem_.place(t_[i], x_.data(), K, K + n);
+  problem_.set_point(t_[i], x_.data(), K, K + n);
 }
 
 void StageEquations::residual(const Vec& w, Vec& r) {
@@ -105,7 +105,7 @@ void RungeKutta::settle(Point& point) {
   const int n = problem_->n();
   if (problem_->is_ode()) {
     point.xdot.resize(n);
-    problem_->place(point.t, point.x.data(), point.x.data(), nullptr);
+    problem_->set_point(point.t, point.x.data(), point.x.data(), nullptr);
     problem_->rhs(point.xdot.data());
     ++stats_.evaluations;
     for (int i = 0; i < n; ++i) {
@@ -191,7 +191,7 @@ void RungeKutta::evaluate_stage(const Point& from, double dt, int i) {
   base_ = from.x;
   for (int j = 0; j < i; ++j)
     if (tableau_->A()(i, j) != 0) base_ += dt * tableau_->A()(i, j) * K_.col(j);
-  problem_->place(from.t + tableau_->c()[i] * dt, base_.data(), base_.data(), nullptr);
+  problem_->set_point(from.t + tableau_->c()[i] * dt, base_.data(), base_.data(), nullptr);
   problem_->rhs(K_.col(i).data());
   ++stats_.evaluations;
   for (int k = 0; k < K_.rows(); ++k) {

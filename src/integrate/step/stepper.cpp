@@ -56,9 +56,9 @@ std::vector<double> Stepper::time_terms(double t, const double* y, const double*
   std::vector<double> terms(rows, 0.0), moved(rows);
   const double ahead = std::min(1e-6 * std::fabs(t), 1e-3 * std::fabs(dt_));
   if (!(t + ahead > t)) return terms;
-  problem_->place(t + ahead, y, xdot, y + n());
+  problem_->set_point(t + ahead, y, xdot, y + n());
   problem_->residual(moved.data());
-  problem_->place(t, y, xdot, y + n());
+  problem_->set_point(t, y, xdot, y + n());
   problem_->residual(terms.data());
   stats_.evaluations += 2;
   for (std::size_t k = 0; k < rows; ++k) {

@@ -31,7 +31,7 @@ struct StepLimits {
 
 /// How much of a point inside a step is wanted.
 enum class Detail {
-  sketch,  ///< cheap and a little less accurate: to see whether something happens in the step
+  coarse,  ///< cheap and a little less accurate: to see whether something happens in the step
   state,   ///< x
   full     ///< x, x′ and z
 };

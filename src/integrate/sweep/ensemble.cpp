@@ -10,7 +10,7 @@ namespace pendula::integrate {
 
 bool EnsembleClient::rejects(int, int, const Point&, const Point&, const double*) { return false; }
 
-Ensemble::Ensemble(std::shared_ptr<const LaneCode> code, EnsemblePlan plan)
+Ensemble::Ensemble(std::shared_ptr<const CompiledLaneStep> code, EnsemblePlan plan)
     : code_(std::move(code)),
       plan_(std::move(plan)),
       W_(code_->lanes()),

@@ -42,7 +42,7 @@ struct EnsemblePlan {
 
 class Ensemble {
  public:
-  Ensemble(std::shared_ptr<const LaneCode> code, EnsemblePlan plan);
+  Ensemble(std::shared_ptr<const CompiledLaneStep> code, EnsemblePlan plan);
   /// Until there are no sets left. Throws Interrupted, and what the client throws. No allocation per step.
   void run(EnsembleClient& client);
 
@@ -61,7 +61,7 @@ class Ensemble {
   void set_look_at(int l);
   void rest(int l);
 
-  std::shared_ptr<const LaneCode> code_;
+  std::shared_ptr<const CompiledLaneStep> code_;
   EnsemblePlan plan_;
   int W_, n_, p_;
   double rounding_;

@@ -123,7 +123,7 @@ std::shared_ptr<const LaneSweep> LaneSweep::make(const SweepRequest& request,
   why = "no machine code can be made here";
   if (!codegen::Machine::available(lanes)) return nullptr;
   auto sweep = std::make_shared<LaneSweep>();
-  sweep->code_ = LaneCode::make(problem, rk, !request.simulation.method.family, lanes);
+  sweep->code_ = CompiledLaneStep::make(problem, rk, !request.simulation.method.family, lanes);
   why = "the equations are long";
   if (!sweep->code_) return nullptr;
   why = "a leaf is not known to the equations";

@@ -28,7 +28,7 @@ class LaneSweep {
   void map_sets(const Problem& problem);
 
   const SweepRequest* request_ = nullptr;  ///< of the sweep that owns this
-  std::shared_ptr<const LaneCode> code_;
+  std::shared_ptr<const CompiledLaneStep> code_;
   EnsemblePlan plan_;
   std::string method_;
   ProblemPtr problem_;                   ///< of the first set

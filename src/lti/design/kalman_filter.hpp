@@ -20,7 +20,7 @@ struct FilterRun {
   double log_likelihood = 0;
 };
 /// g in discrete time; u: N×m, y: N×p; x0, P0: mean and covariance of x(1). Q (n×n), R (p×p) positive
-/// semidefinite. throws  Error on sizes, continuous g, covariances of innovations that are singular
+/// semidefinite. Throws Error on sizes, continuous g, covariances of innovations that are singular
 FilterRun kalman_filter(const System& g, const Mat& Q, const Mat& R, const Mat& u, const Mat& y,
                         const Vec& x0, const Mat& P0, bool smooth);
 

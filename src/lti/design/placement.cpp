@@ -19,7 +19,7 @@ std::string shown(Complex z) {
               pendula::rounded(std::fabs(z.imag()), 6), " i");
 }
 
-/// Real poles first, then pairs z, z̄ with Im z > 0. throws Error for a pole without its conjugate.
+/// Real poles first, then pairs z, z̄ with Im z > 0. Throws Error for a pole without its conjugate.
 std::vector<Complex> paired(const ComplexVec& poles) {
   std::vector<Complex> real, complex, waiting;
   for (const Complex z : poles) {

@@ -30,7 +30,7 @@ struct RiccatiSolution {
 /// stabilised (naming the mode), modes on the stability boundary that Q does not see
 RiccatiSolution riccati(RiccatiProblem p);
 
-/// A regulator needs costs that are not negative, the equation alone has solutions for others, too. throws Error that
+/// A regulator needs costs that are not negative, the equation alone has solutions for others, too. Throws Error that
 /// names `equation`
 void require_costs(const Mat& Q, const char* equation);
 

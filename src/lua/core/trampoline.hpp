@@ -1,4 +1,4 @@
-// The one road from C++ exceptions to Lua errors. Lua is linked as C++, so lua_error unwinds with an
+// The one place where C++ exceptions become Lua errors. Lua is linked as C++, so lua_error unwinds with an
 // exception of its own and destructors run; the rule left is: never write catch (...) around a Lua call.
 #pragma once
 

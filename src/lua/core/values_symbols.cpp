@@ -28,8 +28,10 @@ struct Name {
 Name split_name(std::string word) {
   Name name{std::move(word), 0};
   for (const auto& [mark, order] : {std::pair{"'", 1}, {"′", 1}, {"″", 2}, {"‴", 3}})
-    while (name.base.ends_with(mark))
-      name.base.resize(name.base.size() - std::strlen(mark)), name.order += order;
+    while (name.base.ends_with(mark)) {
+      name.base.resize(name.base.size() - std::strlen(mark));
+      name.order += order;
+    }
   return name;
 }
 

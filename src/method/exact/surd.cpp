@@ -17,7 +17,10 @@ std::optional<Surd> root_of_integer(mpz_class n) {
   if (n < 0 || n > mpz_class("1000000000000")) return {};
   mpz_class factor = 1;
   for (long p = 2; p * p <= n; ++p)
-    while (n % (p * p) == 0) n /= p * p, factor *= p;
+    while (n % (p * p) == 0) {
+      n /= p * p;
+      factor *= p;
+    }
   if (n == 1) return Surd(mpq_class(factor));
   return Surd(0, mpq_class(factor), n.get_si());
 }

@@ -284,12 +284,19 @@ IdData from_columns(const FileColumns& table, const ColumnChoice& choice, const 
   if (choice.Ts != 0) d.Ts = choice.Ts;
   FileColumns chosen;
   for (const auto& group : {y, u})
-    for (const std::size_t i : group)
-      chosen.names.push_back(table.names[i]), chosen.columns.push_back(table.columns[i]);
+    for (const std::size_t i : group) {
+      chosen.names.push_back(table.names[i]);
+      chosen.columns.push_back(table.columns[i]);
+    }
   std::vector<std::size_t> first(y.size()), second(u.size());
-  for (std::size_t i = 0; i < y.size(); ++i) first[i] = i, d.y_names.push_back(chosen.names[i]);
-  for (std::size_t i = 0; i < u.size(); ++i)
-    second[i] = y.size() + i, d.u_names.push_back(chosen.names[y.size() + i]);
+  for (std::size_t i = 0; i < y.size(); ++i) {
+    first[i] = i;
+    d.y_names.push_back(chosen.names[i]);
+  }
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    second[i] = y.size() + i;
+    d.u_names.push_back(chosen.names[y.size() + i]);
+  }
   d.y = gather(chosen, first);
   d.u = gather(chosen, second);
   d.starts = experiment_starts(table, d.y.rows());

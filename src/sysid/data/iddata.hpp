@@ -33,10 +33,10 @@ struct IdData {
   Index end(Index k) const;
 };
 
-/// Checks and completes: equal lengths, at least one output and sample, Ts > 0, names. throws Error.
+/// Checks and completes: equal lengths, at least one output and sample, Ts > 0, names. Throws Error.
 IdData checked(IdData data);
 
-/// Samples first..last (1-based, inclusive). throws Error when out of range.
+/// Samples first..last (1-based, inclusive). Throws Error when out of range.
 IdData slice(const IdData& d, Index first, Index last);
 /// The first round(fraction·N) samples and the rest. Requires 0 < fraction < 1 with samples on both sides.
 std::pair<IdData, IdData> split(const IdData& d, double fraction);
@@ -78,7 +78,7 @@ struct FileColumns {
 };
 /// Reads numbers separated by commas, semicolons, tabs or blanks (found out from the file; decimal commas
 /// when the separator is a semicolon), with or without a header line; comments start with # or %. Missing:
-/// empty, NaN, NA, null, "-", "?". throws Error with line number on anything else.
+/// empty, NaN, NA, null, "-", "?". Throws Error with line number on anything else.
 FileColumns read_table(const std::string& path);
 FileColumns parse_table(const std::string& text, const std::string& path);
 /// The real vectors and matrices of a MATLAB file (v4, v5, v7.3 where libmatio can), also inside structures:
@@ -86,9 +86,9 @@ FileColumns parse_table(const std::string& text, const std::string& path);
 FileColumns read_mat(const std::string& path);
 
 /// Columns t, the inputs, the outputs (and `experiment` where there are several); missing samples are empty.
-/// Numbers read back as they were. throws Error.
+/// Numbers read back as they were. Throws Error.
 void write_csv(const IdData& d, const std::string& path);
-/// MATLAB version 5: matrices y and u, Ts, and the first rows `starts` of the experiments. throws Error.
+/// MATLAB version 5: matrices y and u, Ts, and the first rows `starts` of the experiments. Throws Error.
 void write_mat(const IdData& d, const std::string& path);
 using NamedMatrices = std::vector<std::pair<std::string, Mat>>;
 /// A MATLAB file (version 5) with these matrices; the names are names of MATLAB. Throws Error where it cannot

@@ -219,8 +219,10 @@ GreyBoxFit fit(const GreyBoxRequest& given) {
   for (Index j = 0; j < request.data.outputs(); ++j) {
     std::vector<double> y, e;
     for (Index t = 0; t < request.data.samples(); ++t)
-      if (!std::isnan(request.data.y(t, j)))
-        y.push_back(request.data.y(t, j)), e.push_back(request.data.y(t, j) - at.values(t, j));
+      if (!std::isnan(request.data.y(t, j))) {
+        y.push_back(request.data.y(t, j));
+        e.push_back(request.data.y(t, j) - at.values(t, j));
+      }
     const Vec vy = Eigen::Map<Vec>(y.data(), static_cast<Index>(y.size())),
               ve = Eigen::Map<Vec>(e.data(), vy.size());
     out.fit.push_back(fit_percent(vy, ve));

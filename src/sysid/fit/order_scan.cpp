@@ -26,7 +26,10 @@ Orders largest_orders(const IdData& e, const Range& na, const Range& nb, const R
   const auto inputs = static_cast<std::size_t>(e.inputs());
   o.nb.assign(inputs, nk.to - nk.from + nb.to);
   o.nk.assign(inputs, nk.from);
-  for (Index j = 1; j < e.outputs(); ++j) o.nb.push_back(na.to), o.nk.push_back(1);
+  for (Index j = 1; j < e.outputs(); ++j) {
+    o.nb.push_back(na.to);
+    o.nk.push_back(1);
+  }
   o.nf.assign(o.nb.size(), 0);
   return o;
 }

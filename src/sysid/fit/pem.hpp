@@ -41,7 +41,7 @@ PolyModel pem(const IdData& d, Index output, const Orders& orders, const std::st
               const PemOptions& options);
 
 /// Maximum likelihood for a density of ε with values for every e: Gaussian, Laplace, user. Asymptotic
-/// covariance (I JᵀJ)⁻¹ with the Fisher information I of one sample. throws Error for uniform and exponential
+/// covariance (I JᵀJ)⁻¹ with the Fisher information I of one sample. Throws Error for uniform and exponential
 /// noise.
 PolyModel pem(const IdData& d, Index output, const Orders& orders, const std::string& kind,
               const PemOptions& options, const Density& density);

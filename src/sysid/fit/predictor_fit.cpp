@@ -39,8 +39,10 @@ class Recursion {
     std::vector<Expr> outputs{f}, inputs = p.parameters;
     for (const Expr q : p.parameters) outputs.push_back(partial(f, q));
     for (std::size_t i = 0; i < p.terms.size(); ++i)
-      if (p.terms[i].kind == SignalTerm::Kind::prediction)
-        outputs.push_back(partial(f, slots[i])), fed_back_.push_back(i);
+      if (p.terms[i].kind == SignalTerm::Kind::prediction) {
+        outputs.push_back(partial(f, slots[i]));
+        fed_back_.push_back(i);
+      }
     inputs.insert(inputs.end(), slots.begin(), slots.end());
     inputs.push_back(time_symbol());
     for (const Expr leaf : leaves(outputs)) {  // parameters that are not estimated keep their values

@@ -29,7 +29,7 @@ struct PredictorFit {
 /// With a density (not uniform): maximum likelihood; requires a linear predictor.
 PredictorFit fit(const Predictor& p, const IdData& d, InitialCondition start, const Vec& theta0,
                  const Density* density = nullptr);
-/// y - offset = Φθ of a linear predictor. throws Error if it is not linear.
+/// y - offset = Φθ of a linear predictor. Throws Error if it is not linear.
 Regression regression(const Predictor& p, const IdData& d, InitialCondition start);
 std::string describe(const PredictorFit& f);
 

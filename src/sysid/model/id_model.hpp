@@ -24,7 +24,7 @@ IdData channel(const IdData& d, Index output, bool coupled);
 IdModel arx(const IdData& d, const std::vector<Orders>& orders,
             const std::vector<std::vector<int>>& couplings, InitialCondition start);
 
-/// The rows of the regressor of one output with the samples they explain. throws Error if no row is usable.
+/// The rows of the regressor of one output with the samples they explain. Throws Error if no row is usable.
 Regression regression(const IdData& d, Index output, const Orders& orders, InitialCondition start);
 /// ARX by weighted least squares; weights or covariance per sample of the data, or per row of the regressor.
 /// The criteria are those of the unweighted errors.
@@ -38,7 +38,7 @@ PolyModel arx(const IdData& d, Index output, const Orders& orders, InitialCondit
 std::vector<Response> predict(const IdModel& m, const IdData& d, Index horizon, Seed seed);
 
 /// The model with other parameters, outputs one after the other; of a state-space model the entries of A, B, C, D
-/// (with feedthrough) and K (unless it is 0), column by column. throws Error on a wrong size.
+/// (with feedthrough) and K (unless it is 0), column by column. Throws Error on a wrong size.
 IdModel with_parameters(const IdModel& m, const Vec& theta);
 /// θ in that order.
 Vec all_parameters(const IdModel& m);

@@ -120,7 +120,10 @@ namespace {
 double variation(const Regressor& regressor) {
   double sum = 0, n = 0, square = 0;
   for (const RowRange& r : regressor.ranges())
-    for (Index t = r.first; t < r.last; ++t) sum += regressor.target()[t], n += 1;
+    for (Index t = r.first; t < r.last; ++t) {
+      sum += regressor.target()[t];
+      n += 1;
+    }
   for (const RowRange& r : regressor.ranges())
     for (Index t = r.first; t < r.last; ++t) {
       const double v = regressor.target()[t] - sum / n;

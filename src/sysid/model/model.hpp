@@ -86,7 +86,7 @@ Vec parameters_of(const Polynomials& p, const Orders& orders);
 std::vector<std::string> parameter_names(const Orders& orders, const std::vector<std::string>& u_names);
 Orders orders_of(const Polynomials& p);
 
-/// ARX and FIR by linear least squares. Fewer rows than parameters is a rank report. throws Error if no row
+/// ARX and FIR by linear least squares. Fewer rows than parameters is a rank report. Throws Error if no row
 /// is usable.
 PolyModel arx(const IdData& d, Index output, const Orders& orders, InitialCondition start);
 

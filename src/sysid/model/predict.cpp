@@ -24,18 +24,21 @@ void all_pole(const double* den, Index n, double* y) {
   for (std::size_t k = 0; k < N; ++k) a[k] = den[k + 1];
   for (Index t = 0; t < n; ++t) {
     double sum = y[t];
-    for (std::size_t k = N - 1; k > 0; --k) sum -= a[k] * past[k], past[k] = past[k - 1];
+    for (std::size_t k = N - 1; k > 0; --k) {
+      sum -= a[k] * past[k];
+      past[k] = past[k - 1];
+    }
     past[0] = y[t] = sum - a[0] * past[0];
   }
 }
 
 void all_pole(const Vec& den, Index n, double* y) {
-  using Road = void (*)(const double*, Index, double*);
-  static const Road roads[] = {all_pole<1>, all_pole<2>, all_pole<3>, all_pole<4>,
-                               all_pole<5>, all_pole<6>, all_pole<7>, all_pole<8>};
+  using Filter = void (*)(const double*, Index, double*);
+  static const Filter of_order[] = {all_pole<1>, all_pole<2>, all_pole<3>, all_pole<4>,
+                                    all_pole<5>, all_pole<6>, all_pole<7>, all_pole<8>};
   const Index order = den.size() - 1;
   if (order == 0) return;
-  if (order <= 8) return roads[order - 1](den.data(), n, y);
+  if (order <= 8) return of_order[order - 1](den.data(), n, y);
   for (Index t = 0; t < n; ++t) {
     double sum = y[t];
     for (Index k = std::min(order, t); k > 0; --k) sum -= den[k] * y[t - k];
@@ -256,8 +259,11 @@ Response predict(const PolyModel& m, const IdData& d, Index horizon, Seed seed) 
     const Vec y = d.y.col(m.output).segment(from, n);
     const Vec e = errors_of(m, y, d.u.middleRows(from, n), horizon, seed, seeded);
     out.values.segment(from, n) -= e;
-    for (Index t = seeded; t < n; ++t)
-      errors.push_back(e[t]), compared.push_back(y[t]), out.rows.push_back(from + t);
+    for (Index t = seeded; t < n; ++t) {
+      errors.push_back(e[t]);
+      compared.push_back(y[t]);
+      out.rows.push_back(from + t);
+    }
   }
   out.errors = Eigen::Map<Vec>(errors.data(), static_cast<Index>(errors.size()));
   out.compared = Eigen::Map<Vec>(compared.data(), static_cast<Index>(compared.size()));

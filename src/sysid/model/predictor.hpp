@@ -30,7 +30,7 @@ struct Predictor {
   Expr offset;
   Index memory() const;  ///< the largest lag
 };
-/// parameters: empty for all parameter symbols in the expression. throws Error on arguments other than t - k
+/// parameters: empty for all parameter symbols in the expression. Throws Error on arguments other than t - k
 /// with k ≥ 0, y(t) itself, and symbols without a meaning.
 Predictor predictor(Expr expression, std::vector<Expr> parameters);
 std::string describe(const Predictor& p);

@@ -49,7 +49,7 @@ struct LikelihoodFit {
   int iterations = 0;
   std::vector<Index> corner;  ///< exponential: samples with e = 0
 };
-/// Requires full column rank. throws Failure when there is no maximum, Error naming the rows of density zero.
+/// Requires full column rank. Throws Failure when there is no maximum, Error naming the rows of density zero.
 LikelihoodFit maximise(const Regression& r, const Density& f);
 
 /// The density in words with what was estimated of it: "Laplace noise: b = mean |e| = 0.2".

@@ -32,7 +32,10 @@ Scaled scaled(const LinearProgram& lp, double size) {
     s.norm[i] = by;
   }
   for (Index i = 0; i < n; ++i)
-    for (const Index k : {0, 1}) s.rows(i, m + 2 * i + k) = k == 0 ? 1 : -1, s.h[m + 2 * i + k] = size;
+    for (const Index k : {0, 1}) {
+      s.rows(i, m + 2 * i + k) = k == 0 ? 1 : -1;
+      s.h[m + 2 * i + k] = size;
+    }
   return s;
 }
 

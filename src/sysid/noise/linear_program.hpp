@@ -27,7 +27,7 @@ struct LinearSolution {
       active;       ///< rows of G that meet at x, n of them; beyond G's rows: of a huge box, multiplier 0
   Vec multipliers;  ///< of the active rows, ≥ 0: c = -Gᵀλ
 };
-/// Cost per iteration: rows·n + n³. throws Failure when it does not end.
+/// Cost per iteration: rows·n + n³. Throws Failure when it does not end.
 LinearSolution solve(const LinearProgram& lp);
 
 /// min Σ w(e_t) with w(e) = up·e for e ≥ 0 and -down·e for e < 0, e = y - Φθ: least absolute deviations

@@ -173,7 +173,10 @@ class DoubleDescription {
       }
     }
     for (Index v = 0; v < before; ++v)
-      if (alive_[v] && s[v] > 0) alive_[v] = false, ++dead_;
+      if (alive_[v] && s[v] > 0) {
+        alive_[v] = false;
+        ++dead_;
+      }
     return true;
   }
 

@@ -40,7 +40,7 @@ struct Polytope {
   bool empty() const { return vertices.rows() == 0; }
 };
 
-/// Requires full column rank (Error otherwise). Cost: about vertices·rows·d. throws Failure above 200000
+/// Requires full column rank (Error otherwise). Cost: about vertices·rows·d. Throws Failure above 200000
 /// vertices.
 Polytope polytope(const FeasibleSet& s, const std::optional<ExactStrips>& exact = {});
 

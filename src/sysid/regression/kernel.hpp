@@ -17,7 +17,7 @@ namespace pendula::sysid {
 using Eigen::Index;
 
 enum class Kernel { none, tc, dc };
-/// "TC", "DC". throws Error.
+/// "TC", "DC". Throws Error.
 Kernel kernel_named(const std::string& name);
 
 struct KernelGroup {

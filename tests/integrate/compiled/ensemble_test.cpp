@@ -78,7 +78,7 @@ std::map<double, Result> run(const std::vector<double>& values, int lanes) {
   plan.times = {0, 0.25, 1, 1.5, 5};
   plan.rtol = Vec::Constant(2, 1e-6), plan.atol = Vec::Constant(2, 1e-8);
   List list(values);
-  Ensemble(LaneCode::make(*p, *rk, true, lanes), plan).run(list);
+  Ensemble(CompiledLaneStep::make(*p, *rk, true, lanes), plan).run(list);
   return list.results;
 }
 
@@ -167,7 +167,7 @@ TEST_CASE("ensemble: too many steps, a stiff set and one that is not defined are
    private:
     int next_ = 0;
   } client;
-  Ensemble(LaneCode::make(*p, *pair32(), true, 4), plan).run(client);
+  Ensemble(CompiledLaneStep::make(*p, *pair32(), true, 4), plan).run(client);
   CHECK(client.text.find("abandoned 1, ") == 0);  // √(1/2 - 1) at the start
   CHECK(client.text.find("abandoned 2, ") != std::string::npos);
   CHECK(client.text.find("finished 0, ") != std::string::npos);
@@ -188,7 +188,7 @@ TEST_CASE("ensemble: Ctrl-C stops it between two steps") {
   EnsemblePlan plan;
   plan.to = 5, plan.dt_max = std::numeric_limits<double>::infinity(), plan.most_steps = 1e5;
   plan.rtol = Vec::Constant(2, 1e-6), plan.atol = Vec::Constant(2, 1e-8);
-  CHECK_THROWS_AS(Ensemble(LaneCode::make(*p, *pair32(), true, 4), plan).run(client), Interrupted);
+  CHECK_THROWS_AS(Ensemble(CompiledLaneStep::make(*p, *pair32(), true, 4), plan).run(client), Interrupted);
   interrupt_requested = false;
   CHECK(client.results.size() < 20);
 }

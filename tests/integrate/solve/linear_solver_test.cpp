@@ -1,4 +1,4 @@
-// Dense, straight-line and KLU: one solution, whichever road is taken, and pivots that are chosen again.
+// Dense, straight-line and KLU: one solution, whichever factorisation is taken, and pivots that are chosen again.
 #include "integrate/solve/linear_solver.hpp"
 
 #include <random>
@@ -54,16 +54,17 @@ double backward_error(const System<Scalar>& s, LinearSolver<Scalar>& solver) {
 
 template <class Scalar>
 void check_roads() {
-  using Road = typename LinearSolver<Scalar>::Road;
+  using Factorisation = typename LinearSolver<Scalar>::Factorisation;
   std::mt19937 random(3);
   for (int n : {1, 2, 5, 12, 39, 41, 70, 130})
     for (double density : {0.05, 0.35, 1.0})
-      for (Road road : {Road::chosen, Road::dense, Road::straight, Road::sparse}) {
+      for (Factorisation factorisation :
+           {Factorisation::chosen, Factorisation::dense, Factorisation::straight, Factorisation::sparse}) {
         CAPTURE(n);
         CAPTURE(density);
         const auto s = random_system<Scalar>(n, density, random);
         LinearSolver<Scalar> solver;
-        solver.analyse(n, s.positions, road);
+        solver.analyse(n, s.positions, factorisation);
         for (int k = 0; k < 3; ++k) {
           REQUIRE(solver.factorise(s.values.data()));
           CHECK(backward_error(s, solver) < 1e-13 * n);
@@ -80,7 +81,7 @@ TEST_CASE("linear solver: all roads solve, real and complex, sparse and full") {
 }
 
 TEST_CASE(
-    "linear solver: a system that is factorised often gets code; other pivots, the first road and new code") {
+    "linear solver: a system that is factorised often gets code; other pivots, the first factorisation and new code") {
   REQUIRE_CODE(1);
   std::mt19937 random(8);
   auto s = random_system<double>(12, 0.2, random);
@@ -97,7 +98,7 @@ TEST_CASE(
     if (s.positions[k].row == s.positions[k].column) s.values[k] *= 1e-9;
   for (std::size_t k = s.values.size() - 12; k < s.values.size(); ++k) s.values[k] = 3;
   REQUIRE(solver.factorise(s.values.data()));
-  CHECK(solver.straight() == nullptr);  // the growth check has fired, the dense road has solved
+  CHECK(solver.straight() == nullptr);  // the growth check has fired, the dense factorisation has solved
   CHECK(backward_error(s, solver) < 1e-13);
   for (int k = 0; k < 200 && !solver.straight(); ++k) REQUIRE(solver.factorise(s.values.data()));
   REQUIRE(solver.straight());  // pivots were chosen again
@@ -105,11 +106,12 @@ TEST_CASE(
   CHECK(backward_error(s, solver) < 1e-12);
 }
 
-TEST_CASE("linear solver: singular and undefined matrices are refused on every road") {
-  using Road = LinearSolver<double>::Road;
-  for (Road road : {Road::chosen, Road::dense, Road::straight, Road::sparse}) {
+TEST_CASE("linear solver: singular and undefined matrices are refused on every factorisation") {
+  using Factorisation = LinearSolver<double>::Factorisation;
+  for (Factorisation factorisation :
+       {Factorisation::chosen, Factorisation::dense, Factorisation::straight, Factorisation::sparse}) {
     LinearSolver<double> solver;
-    solver.analyse(3, {{0, 0}, {0, 1}, {1, 0}, {1, 1}, {2, 2}}, road);
+    solver.analyse(3, {{0, 0}, {0, 1}, {1, 0}, {1, 1}, {2, 2}}, factorisation);
     const double good[] = {2, 1, 1, 3, 1}, singular[] = {0, 0, 1, 3, 1}, undefined[] = {1, NAN, 1, 2, 1};
     CHECK(solver.factorise(good));
     CHECK(!solver.factorise(singular));
@@ -119,7 +121,7 @@ TEST_CASE("linear solver: singular and undefined matrices are refused on every r
 }
 
 TEST_CASE("linear solver: units of unknowns do not make a matrix singular") {
-  using Road = LinearSolver<double>::Road;
+  using Factorisation = LinearSolver<double>::Factorisation;
   const double c[] = {1, 1e-20, 1e-38}, given[] = {2, 1, 1, 1, 3, 1, 1, 1, 4};
   std::vector<Position> positions;
   std::vector<double> values;
@@ -130,9 +132,9 @@ TEST_CASE("linear solver: units of unknowns do not make a matrix singular") {
       values.push_back(given[3 * i + j] * c[j]);
       b[i] += given[3 * i + j];  // the solution is 1/c
     }
-  for (Road road : {Road::chosen, Road::dense, Road::band}) {
+  for (Factorisation factorisation : {Factorisation::chosen, Factorisation::dense, Factorisation::band}) {
     LinearSolver<double> solver;
-    solver.analyse(3, positions, road);
+    solver.analyse(3, positions, factorisation);
     REQUIRE(solver.factorise(values.data()));
     double w[] = {b[0], b[1], b[2]}, log = 0;
     solver.solve(w);

@@ -24,7 +24,7 @@ ChoiceMonitor::ChoiceMonitor(const ProblemPtr& problem, const std::vector<Guard>
 }
 
 void ChoiceMonitor::evaluate(const Point& point, std::vector<double>& g) {
-  problem_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  problem_->set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());
   kernel_(problem_->values().data(), g.data());
 }
 

@@ -170,7 +170,7 @@ class PoleTest {
     point_.x = from_.x + share * (to_.x - from_.x) + beside_;
     point_.xdot = from_.xdot + inside * (to_.xdot - from_.xdot);
     point_.z = from_.z + inside * (to_.z - from_.z);
-    equations_.place(point_.t, point_.x.data(), point_.xdot.data(), point_.z.data());
+    equations_.set_point(point_.t, point_.x.data(), point_.xdot.data(), point_.z.data());
     double g = 0;
     factor_(equations_.values().data(), &g);
     return g;
@@ -210,7 +210,7 @@ DomainMonitor::DomainMonitor(const Problem& problem, const std::vector<Guard>& g
 }
 
 void DomainMonitor::evaluate(codegen::Kernel& kernel, const Point& point) {
-  problem_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  problem_->set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());
   out_.resize(kernel.outputs());
   kernel(problem_->values().data(), out_.data());
 }

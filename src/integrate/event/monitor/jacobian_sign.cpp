@@ -14,7 +14,8 @@ JacobianSign::JacobianSign(RankBlock& block)
       numbers_(jacobian_.outputs()),
       rows_(block.block().jacobian.rows) {
   lu_.analyse(rows_, RankBlock::positions(block.block().jacobian),
-              rows_ <= dense ? LinearSolver<double>::Road::dense : LinearSolver<double>::Road::sparse);
+              rows_ <= dense ? LinearSolver<double>::Factorisation::dense
+                             : LinearSolver<double>::Factorisation::sparse);
   const double n = rows_;
   // a determinant by dense elimination, or the sparse one's share per entry, measured beside kernels
   cost_ = static_cast<double>(jacobian_.operations()) +

@@ -105,7 +105,7 @@ void PeakMonitor::evaluate(const Point& point, Values& out) {
     nodes_.kernel(arguments_.data(), out.data());
     return;
   }
-  own()->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  own()->set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());
   nodes_.kernel(own()->values().data(), out.data());
 }
 

@@ -49,7 +49,7 @@ std::vector<double> RankBlock::units_by_size() const {
 
 const double* RankBlock::values(const Point& p) {
   if (own_) {
-    own_->place(p.t, p.x.data(), p.xdot.data(), p.z.data());
+    own_->set_point(p.t, p.x.data(), p.xdot.data(), p.z.data());
     return own_->values().data();
   }
   const auto n = p.x.size();

@@ -33,7 +33,7 @@ void RootBranchMonitor::start(const Point& point) {
 
 std::optional<Stop> RootBranchMonitor::look(const Point& point) {
   if (roots_.empty()) return {};
-  problem_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  problem_->set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());
   kernel_(problem_->values().data(), out_.data());
   std::optional<Stop> stop;
   constexpr std::size_t most = 64;

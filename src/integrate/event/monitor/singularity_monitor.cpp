@@ -29,7 +29,7 @@ SingularityMonitor::SingularityMonitor(const ProblemPtr& problem, const std::vec
 
 SingularityMonitor::Sample SingularityMonitor::evaluate(const Point& point) {
   if (guards_.empty()) return {};
-  problem_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  problem_->set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());
   kernel_(problem_->values().data(), out_.data());
   const auto middle = out_.begin() + static_cast<std::ptrdiff_t>(guards_.size());
   return {{out_.begin(), middle}, {middle, out_.end()}};

@@ -92,7 +92,7 @@ SwitchMonitor::SwitchMonitor(const Problem& problem) {
 }
 
 void SwitchMonitor::evaluate(Problem& problem, const Point& point, Values& out) const {
-  problem.place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  problem.set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());
   out.resize(count_);
   kernel_(problem.values().data(), out.data());
 }

@@ -100,7 +100,7 @@ double TangencyMonitor::value_at(std::size_t which, const Point& p) {
   if (conditions_.empty()) conditions_.resize(events_.size());
   if (conditions_[which].outputs() == 0)
     conditions_[which] = codegen::Kernel(std::vector{events_[which].when}, problem_->arguments());
-  problem_->place(p.t, p.x.data(), p.xdot.data(), p.z.data());
+  problem_->set_point(p.t, p.x.data(), p.xdot.data(), p.z.data());
   double g = 0;
   conditions_[which](problem_->values().data(), &g);
   return g;
@@ -210,7 +210,7 @@ bool TangencyMonitor::can_vanish(std::size_t which, const Point& point) {
     unknowns.insert(unknowns.end(), model.z.begin(), model.z.end());
     gradients_[which] = codegen::Kernel(gradient(events_[which].when, unknowns), problem_->arguments());
   }
-  problem_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  problem_->set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());
   std::vector<double> slopes(model.x.size() + model.z.size());
   gradients_[which](problem_->values().data(), slopes.data());
   const double begin = value_at(which, point);

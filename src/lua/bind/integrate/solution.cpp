@@ -154,7 +154,7 @@ int final(Call& call) {
   const integrate::Point end = trajectory_of(call).solution().final();
   return call.has(2)
              ? push_at(call, read_expression(call, 2), end.t)
-             : push_matrix(call.L, Mat(end.x.head(trajectory_of(call).solution().problem().shown_n())));
+             : push_matrix(call.L, Mat(end.x.head(trajectory_of(call).solution().problem().visible_n())));
 }
 
 /// sol:sensitivity(expression, parameter [, t])
@@ -293,8 +293,8 @@ void push_values(lua_State* L, const integrate::Problem& problem, const integrat
     lua_pushnumber(L, value);
     lua_rawset(L, -3);
   };
-  for (int i = 0; i < problem.shown_n(); ++i) field(problem.x_name(i), point.x[i]);
-  for (int i = 0; i < problem.shown_m(); ++i) field(problem.z_name(i), point.z[i]);
+  for (int i = 0; i < problem.visible_n(); ++i) field(problem.x_name(i), point.x[i]);
+  for (int i = 0; i < problem.visible_m(); ++i) field(problem.z_name(i), point.z[i]);
 }
 
 /// Fields when and part of the table on top of the stack.

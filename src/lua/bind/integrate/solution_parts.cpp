@@ -73,7 +73,7 @@ std::vector<Piece> pieces_in(const Mat& table) {
 int parts(Call& call) {
   lua_State* L = call.L;
   const auto& solution = call.object<integrate::Trajectory>(1, "solution").solution();
-  const int n = solution.problem().shown_n(), m = solution.problem().shown_m();
+  const int n = solution.problem().visible_n(), m = solution.problem().visible_m();
   lua_newtable(L);
   Mat saved(solution.size(), 1 + 2 * n + m);
   for (int i = 0; i < solution.size(); ++i) {

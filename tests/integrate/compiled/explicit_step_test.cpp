@@ -10,7 +10,7 @@
 #include "tests/refuse_code.hpp"
 #include "tests/require_code.hpp"
 
-namespace pendula::explicit_code_test {
+namespace pendula::explicit_step_test {
 
 using namespace pendula::test;
 using namespace pendula::integrate;
@@ -47,7 +47,7 @@ TEST_CASE("explicit code: the end of a step, its error and the test of stiffness
   Tolerances tolerances = Tolerances::uniform(2, 0, 0);
   tolerances.rtol << 1e-3, 1e-2;
   tolerances.atol << 1e-4, 1e-5;
-  const auto code = ExplicitCode::make(*p, rk, g, tolerances);
+  const auto code = CompiledExplicitStep::make(*p, rk, g, tolerances);
   REQUIRE(code);
   std::mt19937 random(1);
   for (int run = 0; run < 20; ++run) {
@@ -57,7 +57,7 @@ TEST_CASE("explicit code: the end of a step, its error and the test of stiffness
     Mat K(2, 4);
     Vec at, slope(2);
     const auto evaluate = [&](double t, const Vec& x, double* f) {
-      p->place(t, x.data(), from.xdot.data(), nullptr);
+      p->set_point(t, x.data(), from.xdot.data(), nullptr);
       p->rhs(f);
     };
     K.col(0) = from.xdot;
@@ -92,9 +92,9 @@ TEST_CASE("explicit code: none where the system refuses more executable memory, 
     const TableauPtr method = drawn("0 | \n 1/2 | 1/2 \n | 0 1 \n | 1 0");
     const Tolerances tolerances = Tolerances::uniform(2, 1e-6, 1e-6);
     for (int k = 0; k < 2; ++k)
-      if (ExplicitCode::make(*p, *method, -1, tolerances)) return 1;
+      if (CompiledExplicitStep::make(*p, *method, -1, tolerances)) return 1;
     return 0;
   });
 }
 
-}  // namespace pendula::explicit_code_test
+}  // namespace pendula::explicit_step_test

@@ -10,7 +10,7 @@
 #include "tests/integrate/problems.hpp"
 #include "tests/require_code.hpp"
 
-namespace pendula::rosenbrock_code_test {
+namespace pendula::rosenbrock_step_test {
 
 using namespace pendula::test;
 using namespace pendula::integrate;
@@ -54,12 +54,12 @@ struct Bench {
   Tolerances tolerances;
   std::vector<char> in_mass;
   LinearSolver<double> solver;
-  std::shared_ptr<RosenbrockCode> code;
+  std::shared_ptr<CompiledRosenbrockStep> code;
 
   explicit Bench(const dae::FirstOrder& model)
       : p(problem(model)), n(p->n()), m(p->m()), N(n + m), tolerances(Tolerances::uniform(N, 1e-3, 1e-4)) {
     from = {0.3, random_vector(n), random_vector(n), random_vector(m)};
-    p->place(from.t, from.x.data(), from.xdot.data(), from.z.data());
+    p->set_point(from.t, from.x.data(), from.xdot.data(), from.z.data());
     M = J = Mat::Zero(N, N);
     std::vector<Position> positions;
     std::vector<double> values;
@@ -74,7 +74,7 @@ struct Bench {
     solver.analyse(N, positions);
     solver.prepare(values.data());
     REQUIRE(solver.factorise(values.data()));
-    code = RosenbrockCode::make({*p, method, in_mass, *solver.straight(), tolerances});
+    code = CompiledRosenbrockStep::make({*p, method, in_mass, *solver.straight(), tolerances});
     REQUIRE(code);
   }
   Vec y() const {
@@ -85,7 +85,7 @@ struct Bench {
   Vec F(double t, const Vec& at, const Vec& xdot) {
     const Vec x = at.head(n), z = at.tail(m);
     Vec result(N);
-    p->place(t, x.data(), xdot.data(), z.data());
+    p->set_point(t, x.data(), xdot.data(), z.data());
     p->residual(result.data());
     return result;
   }
@@ -159,4 +159,4 @@ TEST_CASE("rosenbrock code: pivots that do not suit are noticed") {
   CHECK_FALSE(b.code->run(*b.p, b.from, b.dt, nullptr).regular);
 }
 
-}  // namespace pendula::rosenbrock_code_test
+}  // namespace pendula::rosenbrock_step_test

@@ -13,7 +13,7 @@
 #include "method/collocation.hpp"
 #include "tests/integrate/problems.hpp"
 
-namespace pendula::active_part_test {
+namespace pendula::active_subsystem_test {
 
 using namespace pendula::test;
 
@@ -90,9 +90,9 @@ TEST_CASE("active part: the first equations of the order are a model of their ow
   for (std::size_t k = 0; k < part.x.size(); ++k) point.x[part.x[k]] = std::sin(1.0 + static_cast<double>(k));
   const Point some = part.take(point);
   std::vector<double> all(100), own(20);
-  p->place(0.3, point.x.data(), point.xdot.data(), point.z.data());
+  p->set_point(0.3, point.x.data(), point.xdot.data(), point.z.data());
   p->residual(all.data());
-  part.problem->place(0.3, some.x.data(), some.xdot.data(), some.z.data());
+  part.problem->set_point(0.3, some.x.data(), some.xdot.data(), some.z.data());
   part.problem->residual(own.data());
   std::vector<int> rows(order.begin(), order.begin() + 20);
   std::sort(rows.begin(), rows.end());
@@ -136,4 +136,4 @@ TEST_CASE("active part: the solution is that of the whole model, and the part gr
     CHECK(std::fabs(a.x[k] - b.x[k]) <= 1e-3 * std::fabs(a.x[k]) + 1e-9);
 }
 
-}  // namespace pendula::active_part_test
+}  // namespace pendula::active_subsystem_test

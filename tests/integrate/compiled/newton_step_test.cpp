@@ -11,7 +11,7 @@
 #include "method/collocation.hpp"
 #include "tests/integrate/problems.hpp"
 
-namespace pendula::newton_code_test {
+namespace pendula::newton_step_test {
 
 using namespace pendula::test;
 using namespace pendula::integrate;
@@ -45,14 +45,14 @@ struct Bench {
   std::vector<Position> positions;
   std::vector<char> in_mass, bare;
   LinearSolver<double> real;
-  std::shared_ptr<NewtonCode> code;
+  std::shared_ptr<CompiledNewtonStep> code;
 
   Bench(const dae::FirstOrder& model, const Tableau& rk)
       : p(problem(model)), formula(share(rk)), n(p->n()), m(p->m()), N(n + m), s(formula.s) {
     const Vec x = random_vector(n), xdot = random_vector(n), z = random_vector(m);
     y.resize(N), y << x, z;
     scale = Vec::LinSpaced(N, 0.5, 2), Z = 0.1 * random_vector(N * s);
-    p->place(t, x.data(), xdot.data(), z.data());
+    p->set_point(t, x.data(), xdot.data(), z.data());
     entries = p->jacobian();
     M = J = Mat::Zero(N, N);
     for (std::size_t k = 0; k < entries.size(); ++k) {
@@ -65,7 +65,7 @@ struct Bench {
     bare.back() = 1;
     prepare(real, formula.gamma / dt);
     REQUIRE(real.straight());
-    code = NewtonCode::make({*p, formula, bare, in_mass, *real.straight()}, 0, true);
+    code = CompiledNewtonStep::make({*p, formula, bare, in_mass, *real.straight()}, 0, true);
     REQUIRE(code);
     REQUIRE(code->factorise(entries, dt));
     code->begin(*p, t, dt, y.data(), scale.data());
@@ -83,7 +83,7 @@ struct Bench {
   Vec F(double at, const Vec& state, const Vec& xdot) {
     const Vec x = state.head(n), z = state.tail(m);
     Vec result(N);
-    p->place(at, x.data(), xdot.data(), z.data());
+    p->set_point(at, x.data(), xdot.data(), z.data());
     p->residual(result.data());
     return result;
   }
@@ -186,4 +186,4 @@ TEST_CASE("newton code: pivots that do not serve are noticed") {
   }
 }
 
-}  // namespace pendula::newton_code_test
+}  // namespace pendula::newton_step_test
