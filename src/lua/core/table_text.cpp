@@ -206,6 +206,16 @@ std::string without_newline(const std::string& lines) {
   return lines.substr(0, lines.find_last_not_of('\n') + 1);
 }
 
+void make_printing_list(lua_State* L, const char* kind, lua_CFunction to_text) {
+  if (luaL_newmetatable(L, kind)) {
+    lua_pushcfunction(L, to_text);
+    lua_setfield(L, -2, "__tostring");
+    lua_pushliteral(L, "list");
+    lua_setfield(L, -2, "__name");
+  }
+  lua_setmetatable(L, -2);
+}
+
 std::string shown_text(lua_State* L, int index) {
   if (!is_plain_table(L, index)) return plain_text(L, index);
   const std::string records = record_table(L, index);

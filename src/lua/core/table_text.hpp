@@ -11,6 +11,10 @@ namespace pendula::lua {
 /// and that functions have no addresses.
 std::string shown_text(lua_State* L, int index);
 
+/// The table on top of the stack stays a list, and prints as `to_text` says. kind: a name of its own for lists that
+/// print like this one.
+void make_printing_list(lua_State* L, const char* kind, lua_CFunction to_text);
+
 /// Texts for print have no line end; print adds one.
 std::string without_newline(const std::string& lines);
 

@@ -8,6 +8,7 @@
 #include "base/text.hpp"
 #include "lua/bind/dae/dae.hpp"
 #include "lua/core/objects.hpp"
+#include "lua/core/table_text.hpp"
 #include "lua/core/trampoline.hpp"
 #include "lua/core/values.hpp"
 
@@ -65,16 +66,7 @@ int list_text(lua_State* L) {
   return 1;
 }
 
-/// Makes the table on top of the stack a list that prints.
-void make_readable(lua_State* L) {
-  if (luaL_newmetatable(L, "pendula.list")) {
-    lua_pushcfunction(L, guarded<list_text>);
-    lua_setfield(L, -2, "__tostring");
-    lua_pushliteral(L, "list");
-    lua_setfield(L, -2, "__name");
-  }
-  lua_setmetatable(L, -2);
-}
+void make_readable(lua_State* L) { make_printing_list(L, "pendula.list", guarded<list_text>); }
 
 int push_integers(lua_State* L, const std::vector<int>& list) {
   lua_createtable(L, static_cast<int>(list.size()), 0);

@@ -46,14 +46,6 @@ int event_list_text(lua_State* L) {
 
 }  // namespace
 
-void make_event_list(lua_State* L) {
-  if (luaL_newmetatable(L, "pendula.events")) {
-    lua_pushcfunction(L, guarded<event_list_text>);
-    lua_setfield(L, -2, "__tostring");
-    lua_pushliteral(L, "list");
-    lua_setfield(L, -2, "__name");
-  }
-  lua_setmetatable(L, -2);
-}
+void make_event_list(lua_State* L) { make_printing_list(L, "pendula.events", guarded<event_list_text>); }
 
 }  // namespace pendula::lua
