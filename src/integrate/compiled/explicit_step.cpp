@@ -155,7 +155,7 @@ class ExplicitEmitter {
       effects[entry.row].push_back((slope * change).slot(w_));
     }
     for (std::size_t i = 0; i < effects.size(); ++i) {
-      const Formula allowed = CompiledExplicitStep::share * value(w_.sum(effects[i]));
+      const Formula allowed = Problem::projection_share * value(w_.sum(effects[i]));
       results.push_back((allowed - magnitude(value(values[i]))).slot(w_));
     }
   }

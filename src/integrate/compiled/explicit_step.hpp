@@ -25,14 +25,14 @@ class CompiledExplicitStep {
   /// The end of a step: x₁, x₁′ and the scaled error (n numbers each); sum and largest (0 below nine unknowns, see ErrorSum) of the squares of the
   /// scaled error, also with the second embedded method (or zeros); and for the test of stiffness the squares
   /// of ‖f(x₁) - f(g)‖ and ‖x₁ - g‖ with a second stage g at the end of the step (or zeros).
-  /// near_conditions: x₁ violates none of the problem's projections by more than `share` of what a change of
+  /// near_conditions: x₁ violates none of the problem's projections by more than Problem::projection_share of what a
+  /// change of
   /// every state by its tolerance would do (Problem::project_if_needed).
   struct End {
     const double *x, *xdot, *scaled;
     double sum, largest, second_sum, second_largest, slope_change, change;
     bool near_conditions;
   };
-  static constexpr double share = 0.1;
 
   /// Nothing where there is no machine code or it would be long. Remembered for equal equations and tableau.
   /// stiff_stage: g, or -1.

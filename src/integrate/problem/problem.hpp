@@ -26,6 +26,9 @@ struct Point {
 /// functions. Not for two threads at once. Copies share the equations and their functions.
 class Problem {
  public:
+  /// Of a tolerance: how far a new point of a step may be off the conditions of a projected form. Little beside the
+  /// error of the step, and seldom exceeded, so that most points are not projected.
+  static constexpr double projection_share = 0.1;
   using Input = std::function<double(double)>;
 
   /// parameters and inputs in the order of model.p and model.u.

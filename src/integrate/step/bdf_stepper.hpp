@@ -98,7 +98,6 @@ class BdfStepper final : public Stepper {
   LastStep last_;
   bool rejected_ = false;
   int failures_ = 0;  ///< in a row
-  std::string trouble_;
   Point next_;
 };
 

@@ -91,8 +91,7 @@ bool ChebyshevStepper::compute(const Point& from, double dt, Point& out) {
 ChebyshevStepper::Attempt ChebyshevStepper::attempt(double dt) {
   next_.t = here_.t + dt;
   if (!compute(here_, dt, next_)) return Attempt::not_finite;
-  if (problem_->projects())
-    problem_->project_if_needed(next_.t, next_.x, tolerances_.rtol, tolerances_.atol, 0.1);
+  if (!project(next_)) return Attempt::not_finite;
   next_.xdot = F_;
   if (!rhs_(next_.t, next_.x.data(), next_.xdot.data(), next_.z.data())) {
     trouble_ = rhs_.reason();
@@ -152,7 +151,8 @@ void ChebyshevStepper::interpolate(const StepView& step, double t, Detail detail
     return;
   }
   hermite(step, t, out);
-  if (problem_->projects()) problem_->project_if_needed(t, out.x, tolerances_.rtol, tolerances_.atol, 0.1);
+  if (problem_->projects())
+    problem_->project_if_needed(t, out.x, tolerances_.rtol, tolerances_.atol, Problem::projection_share);
   if (detail == Detail::full) rhs_.require(t, out.x.data(), out.xdot.data(), out.z.data());
 }
 

@@ -38,7 +38,6 @@ class ChebyshevStepper final : public Stepper {
   Vec Y_[3], F_, direction_, error_;
   double radius_ = 0, norm_ = 0;
   int since_spectrum_ = 0;
-  std::string trouble_;
 };
 
 }  // namespace pendula::integrate

@@ -316,24 +316,16 @@ ExplicitStepper::Attempt ExplicitStepper::attempt(double dt) {
 
 /// Projection, x′ and z at the new point.
 bool ExplicitStepper::complete() {
-  bool moved = false;
-  if (problem_->projects() && !(coded_ && end_.near_conditions)) {
-    try {
-      moved = problem_->project_if_needed(next_.t, next_.x, tolerances_.rtol, tolerances_.atol,
-                                          CompiledExplicitStep::share);
-    } catch (const Failure& failure) {
-      trouble_ = failure.what();
-      return false;
-    }
-  }
+  const std::optional<bool> moved = coded_ && end_.near_conditions ? false : project(next_);
+  if (!moved) return false;
   if (coded_) {
     std::copy_n(end_.xdot, n(), next_.xdot.data());
-    if (!moved) return true;
+    if (!*moved) return true;
   } else {
     const auto last = static_cast<std::ptrdiff_t>(tableau_->stages() - 1);
     std::copy_n(stages_.K.data() + last * n(), n(), next_.xdot.data());
     std::copy_n(stages_.Z.data() + last * m(), m(), next_.z.data());
-    if (controller_.rules().fsal && !moved) return true;
+    if (controller_.rules().fsal && !*moved) return true;
   }
   if (rhs_(next_.t, next_.x.data(), next_.xdot.data(), next_.z.data())) return true;
   trouble_ = rhs_.reason();

@@ -90,7 +90,6 @@ class ExplicitStepper final : public Stepper {
   double error_now_ = 0;
   StepSigns<double> signs_;
   Point next_;
-  std::string trouble_;
 };
 
 }  // namespace pendula::integrate

@@ -165,16 +165,9 @@ void IrkStepper::end_step(double dt) {
 bool IrkStepper::complete(double dt) {
   end_step(dt);
   if (!next_.x.allFinite() || !next_.z.allFinite() || !next_.xdot.allFinite()) return false;
-  bool moved = false;
-  if (problem_->projects()) {
-    try {
-      moved = problem_->project_if_needed(next_.t, next_.x, tolerances_.rtol, tolerances_.atol, 0.1);
-    } catch (const Failure& failure) {
-      trouble_ = failure.what();
-      return false;
-    }
-  }
-  if (f().stiffly_accurate && !moved) return true;
+  const std::optional<bool> moved = project(next_);
+  if (!moved) return false;
+  if (f().stiffly_accurate && !*moved) return true;
   std::copy_n(next_.xdot.data(), n(), work_.velocity.data());
   if (determined_ && !rhs_(next_.t, next_.x.data(), next_.xdot.data(), next_.z.data())) {
     trouble_ = rhs_.reason();

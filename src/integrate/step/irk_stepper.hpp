@@ -195,7 +195,6 @@ class IrkStepper final : public Stepper {
   Work work_;
   Point next_;
   LastStep last_;
-  std::string trouble_;
 };
 
 }  // namespace pendula::integrate

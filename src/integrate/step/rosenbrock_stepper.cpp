@@ -276,16 +276,9 @@ void RosenbrockStepper::end_step(double dt) {
 bool RosenbrockStepper::complete(double dt) {
   end_step(dt);
   if (!next_.x.allFinite() || !next_.z.allFinite()) return false;
-  bool moved = false;
-  if (problem_->projects()) {
-    try {
-      moved = problem_->project_if_needed(next_.t, next_.x, tolerances_.rtol, tolerances_.atol, 0.1);
-    } catch (const Failure& failure) {
-      trouble_ = failure.what();
-      return false;
-    }
-  }
-  if (code_ && !moved) return next_.xdot.allFinite();
+  const std::optional<bool> moved = project(next_);
+  if (!moved) return false;
+  if (code_ && !*moved) return next_.xdot.allFinite();
   if (!problem_->is_ode()) return true;
   return rhs_(next_.t, next_.x.data(), next_.xdot.data(), next_.z.data());
 }

@@ -92,7 +92,6 @@ class RosenbrockStepper final : public Stepper {
   LastStep last_;
   Point next_;
   PredictiveController control_;
-  std::string trouble_;
   std::shared_ptr<CompiledRosenbrockStep> code_;  ///< whole steps, where there is code
   CompiledRosenbrockStep::End end_{};             ///< of the last one
 };

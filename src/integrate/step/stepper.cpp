@@ -51,6 +51,17 @@ void hermite(const StepView& step, double t, Point& out) {
   out.t = t;
 }
 
+std::optional<bool> Stepper::project(Point& next) {
+  if (!problem_->projects()) return false;
+  try {
+    return problem_->project_if_needed(next.t, next.x, tolerances_.rtol, tolerances_.atol,
+                                       Problem::projection_share);
+  } catch (const Failure& failure) {
+    trouble_ = failure.what();
+    return {};
+  }
+}
+
 std::vector<double> Stepper::time_terms(double t, const double* y, const double* xdot) {
   const auto rows = static_cast<std::size_t>(n() + m());
   std::vector<double> terms(rows, 0.0), moved(rows);

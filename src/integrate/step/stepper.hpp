@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -127,6 +128,9 @@ class Stepper {
   bool settle_again(RhsSolver& rhs);
   /// |t ∂F/∂t| of every row, by a difference: what rounding of t does to the residuals. y = (x, z).
   std::vector<double> time_terms(double t, const double* y, const double* xdot);
+  /// Moves x of a new point onto the conditions of a projected form where it is too far off. Whether x moved; nothing,
+  /// with the reason in trouble_, where no point on them is found.
+  std::optional<bool> project(Point& next);
   /// The error of a step that vanished beside t. `error`: scaled errors that name the culprit, may be
   /// empty.
   Failure vanished(const Eigen::Ref<const Vec>& error, const std::string& reason) const;
@@ -138,6 +142,7 @@ class Stepper {
   StepLimits limits_;
   Stats& stats_;
   bool doubtful_ = false;  ///< see is_doubtful()
+  std::string trouble_;    ///< why the last attempt at a step failed, other than by its error
   Point here_, before_;
   double dt_ = 0;
 };
