@@ -147,7 +147,7 @@ recovering = false  -- the journal whose entries the prompt runs next (src/shell
 
 doc { name = "recover", module = "session", sig = "recover(), recover(false)",
   text = "Runs the entries of a session that did not end by itself (the terminal was closed, the machine went "
-    .. "down) in this one, each by itself: one that fails is told, and the next one runs. recover(false) forgets "
+    .. "down) in this one, each by itself: one that fails is reported, and the next one runs. recover(false) forgets "
     .. "them. The prompt says when there is one.",
   example = "return type(recover)", gives = "function",
   function(wanted)

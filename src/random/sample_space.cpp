@@ -68,7 +68,7 @@ void SampleSpace::lay_out(DesignRequest request) {
   for (const Column& column : columns_)
     if (!column.drawn() && column.list.size() != 1 && static_cast<long>(column.list.size()) != runs_)
       throw Error(text(column.name, " is a list of ", column.list.size(),
-                       " values beside distributions with ", runs_,
+                       " values, and the distributions have ", runs_,
                        " runs; give a list of that length, or discrete{…} to draw from the values"));
 }
 

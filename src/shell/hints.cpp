@@ -52,7 +52,7 @@ constexpr std::array<Foreign, 31> foreign = {{
     {"≠", "not equal is written ~="},
     {"π", "the number π is written pi"},
     {"√", "the square root is written sqrt(x)"},
-    {"\xC2\xA0", "there is a non-breaking space in this line; type it anew"},
+    {"\xC2\xA0", "there is a non-breaking space in this line; type it again"},
 }};
 
 /// The line number in "chunk:12: message", or 1.

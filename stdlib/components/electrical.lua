@@ -186,7 +186,7 @@ end, { text = "A characteristic of two straight lines, blocking and conducting; 
 e.mosfet = component("mosfet", { K = { 1e-3, unit = "A/V^2", text = "transconductance" },
   Vth = { 1, unit = "V", text = "threshold" },
   lambda = { 0, unit = "1/V", text = "channel length modulation" },
-  G = { 1e-9, unit = "S", text = "conductance beside the channel: what two in series share when cut off" } },
+  G = { 1e-9, unit = "S", text = "parallel conductance: it divides the voltage between two in series that are cut off" } },
   function(self)
     self.d, self.g, self.s = e.pin, e.pin, e.pin
     local i = self:var("i", { unit = "A", text = "drain current" })

@@ -108,7 +108,7 @@ p.spring = component("spring", { k = { 1, unit = "N/m" }, d = { 0, unit = "N*s/m
   return { s ~ sqrt(dx^2 + dy^2), f ~ self.k*(s - self.s0) + (self.given.d ~= 0 and self.d*der(s) or 0),
     self.b.fx ~ f*dx/s, self.b.fy ~ f*dy/s, self.a.fx ~ -f*dx/s, self.a.fy ~ -f*dy/s, self.a.tau ~ 0,
     self.b.tau ~ 0 }
-end, { text = "A spring, and a damper beside it, between two points.",
+end, { text = "A spring and a parallel damper between two points.",
   source = "Hooke, De potentia restitutiva, 1678",
   example = [[
     x = model { w = e.fixed{}, c = e.spring{ k = 4, s0 = 1 },

@@ -199,7 +199,7 @@ s.spring = component("spring", { k = { 1, unit = "N/m" }, d = { 0, unit = "N*s/m
     return { length ~ norm(way),
       f ~ self.k*(length - self.s0) + (self.given.d ~= 0 and self.d*der(length) or 0),
       b.f ~ f/length*way, a.f ~ -f/length*way, a.n ~ zeros(4, 1), b.n ~ zeros(4, 1) }
-  end, { text = "A spring, and a damper beside it, between two points.",
+  end, { text = "A spring and a parallel damper between two points.",
     source = "Hooke, De potentia restitutiva, 1678",
   example = [[
     x = model { w = e.fixed{}, c = e.spring{ k = 4, s0 = 1 }, connect("w.frame", "c.a"), connect("c.b",

@@ -84,7 +84,7 @@ test("typed with dae, of second and of first order", function()
     for _, sys in ipairs { dae { q.ddot ~ force, 0 ~ C }, dae { q.dot ~ p, 2*p.dot ~ 2*force, 0 ~ C } } do
       for _, ask in ipairs { sys.index, sys.init, sys.reduce } do
         expect(function() ask(sys) end):fails "- q₃ "
-        expect(function() ask(sys) end):fails "z₁, z₂, z₃, is not unique, the motion may be: sys:independent{"
+        expect(function() ask(sys) end):fails "z₁, z₂, z₃, are not unique, though the motion may be: sys:independent{"
       end
       local free = sys:independent { guess = near }
       expect(free:index()):equals(3)

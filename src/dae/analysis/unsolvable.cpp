@@ -95,7 +95,7 @@ std::string why_unsolvable(const Model& m) {
     if (const auto squares = with_completed_squares(rows[i]); squares && is_extreme_where_zero(*squares))
       return text("equation ", m.label(i), "  ", m.equation_text(i), " is 0 = ", to_text(*squares),
                   ", which has one sign: where it holds its gradient vanishes, as that of C² = 0 does. Write "
-                  "what is squared as equations of their own");
+                  "each squared term as an equation of its own");
   if (rows.size() > most_together) return "";
   for (const Part& part : dulmage_mendelsohn(incidence(m), static_cast<int>(m.variables.size())).square)
     if (part.rows.size() > 1)

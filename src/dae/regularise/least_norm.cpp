@@ -146,7 +146,7 @@ Parts parts_of_mechanism(const Model& m) {
                        " constraints are independent at this position; the model can be used as it is"));
   throw Failure(text("the gradients of the constraints have rank ", found.rank, " of ", count,
                      " at this position and ", found.beside,
-                     " beside it: it is singular, and no constraint is redundant; give another one"));
+                     " nearby: it is singular, and no constraint is redundant; give another one"));
 }
 
 /// Columns of B that are independent, at values of its leaves that satisfy the constraints or are drawn: those of the
@@ -297,8 +297,8 @@ std::string why_forces_are_open(const Model& m) {
     proofs.push_back(text("the gradients of ", join(labels, ", "), " have rank ", found.rank, " of ",
                           rest.size(), " where these hold"));
   return text("the constraints ", join(p.labels, ", "), " follow from each other: ", join(proofs, "; "),
-              ". What keeps them, ", names_of(p.z),
-              ", is not unique, the motion may be: sys:independent{ guess = … } ",
+              ". Their multipliers, ", names_of(p.z),
+              ", are not unique, though the motion may be: sys:independent{ guess = … } ",
               "has the forces of least norm");
 }
 

@@ -256,10 +256,9 @@ std::string cannot_choose(const Model& m, Expr leaf, double value) {
                                is_variable ? "solutions that meet have the same " + to_text(leaf)
                                            : to_text(leaf) + " is no unknown of the model");
   if (keys.empty()) return text(why, ": its equations give every derivative, leave branch out");
-  return text(
-      why,
-      "; what they differ in is a derivative: write branch = \"smooth\", or choose by its value, branch = ",
-      join(keys, " or "));
+  return text(why,
+              "; they differ in a derivative: write branch = \"smooth\", or choose by its value, branch = ",
+              join(keys, " or "));
 }
 
 std::optional<double> meeting_time(const Model& m, const WayExpansion& way, const PointValues& others,

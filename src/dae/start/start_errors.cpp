@@ -206,7 +206,7 @@ static std::string singular_here(const ModelPtr& model, const StartSystem& s, co
                            crossing.factors, ": rank ", rank, " of ", s.first_fix, ". ");
   if (crossing.ways.empty()) return words + "Another point may be regular: guess = { … }";
   return words + text("Solutions meet here and go on with ", crossing.ways,
-                      ":\n  begin beside this point, guess = { … }, or choose one in integrate, branch = ",
+                      ":\n  begin near this point, guess = { … }, or choose one in integrate, branch = ",
                       crossing.choices);
 }
 

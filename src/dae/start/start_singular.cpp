@@ -74,7 +74,8 @@ bool stays_singular(const ModelPtr& model, const std::unordered_map<Expr, double
 void refuse_division(const ModelPtr& model, const std::unordered_map<Expr, double>& point) {
   if (!stays_singular(model, point)) return;
   throw Error(text("the start lies on a singular point (", vanishing(model, point), "), where form \"",
-                   model->form, "\" is not equivalent to the model: it has divided by what is 0 there.\n",
+                   model->form,
+                   "\" is not equivalent to the model: it has divided by an expression that is 0 there.\n",
                    "  Start near it: other values in fix or guess"));
 }
 

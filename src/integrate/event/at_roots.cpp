@@ -90,10 +90,9 @@ std::optional<std::vector<Expr>> states_behind(Expr when, const dae::FirstOrder&
 }
 
 std::string order_remark(double t, Expr when) {
-  return text(
-      "at t = ", rounded(t, 6), " the event ", to_text(when),
-      " = 0 happens at the same moment as another one, which changes how it does: what comes of both may "
-      "depend on their order, which is that of the list");
+  return text("at t = ", rounded(t, 6), " the event ", to_text(when),
+              " = 0 happens at the same moment as another one, which changes its slope: the result may "
+              "depend on their order, which is that of the list");
 }
 
 }  // namespace pendula::integrate

@@ -64,7 +64,7 @@ namespace family {
 
 const MethodFamily explicit_pair{.name = "explicit",
                                  .alias = {},
-                                 .text = "explicit Runge-Kutta pairs, for what is not stiff",
+                                 .text = "explicit Runge-Kutta pairs, for equations that are not stiff",
                                  .listed = false,
                                  .is_explicit = true,
                                  .one_step = false,
@@ -308,7 +308,7 @@ std::optional<Choice> counted_choice(Problem& problem, const Method& method, con
                   {}};
   if (implicit_run < explicit_run)
     return Choice{rival.family, nullptr,
-                  "stiff: so many explicit steps as stability asks for would cost more than implicit ones",
+                  "stiff: explicit steps as short as stability requires would cost more than implicit ones",
                   rival};
   return Choice{&family::explicit_pair, method.explicit_choice.back(),
                 "explicit: stability limits the steps, and they cost less than implicit ones", rival};
@@ -376,10 +376,11 @@ Choice choose(const ProblemPtr& whole, const Method& method, const Plan& plan, c
       if (const auto counted = counted_choice(*whole, method, plan, at, *here, span)) return *counted;
     if (is_stiff(*here, span, worth, iterates))
       return {&implicit, nullptr,
-              "stiff: an eigenvalue of ∂x′/∂x at the start is large beside 1/(to - from)"};
+              "stiff: an eigenvalue of ∂x′/∂x at the start is large compared with 1/(to - from)"};
     if (const auto later = rates_ahead(derivative, at, span, harmless);
         later && is_stiff(*later, span, worth, iterates))
-      return {&implicit, nullptr, "stiff: an eigenvalue of ∂x′/∂x soon becomes large beside 1/(to - from)"};
+      return {&implicit, nullptr,
+              "stiff: an eigenvalue of ∂x′/∂x soon becomes large compared with 1/(to - from)"};
     if (iterates && iterated_stages_cost_more(size))
       return {&implicit, nullptr,
               "z is iterated for in every stage of an explicit step, which costs more than an implicit one"};

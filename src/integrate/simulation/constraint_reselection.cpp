@@ -160,9 +160,8 @@ class ConstraintReselection {
         part = following(model, end);
       }
     }
-    return whole_.finish(
-        stopped_at(whole_.pieces().last().solution->t().back(),
-                   text("the kept constraints were chosen anew ", most_rekeepings, " times")));
+    return whole_.finish(stopped_at(whole_.pieces().last().solution->t().back(),
+                                    text("the kept constraints were changed ", most_rekeepings, " times")));
   }
 
  private:

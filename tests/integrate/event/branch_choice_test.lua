@@ -129,7 +129,7 @@ test("what cannot be followed is said", function()
     return sys:integrate(options)
   end
   expect(function() run { branch = { z = 3 } } end):fails(
-    'branch = { z = 3 }: solutions that meet have the same z; what they differ in is a derivative: write '
+    'branch = { z = 3 }: solutions that meet have the same z; they differ in a derivative: write '
     .. 'branch = "smooth", or choose by its value, branch = { [z.dot] = 1 }')
   expect(function() run { branch = { [x.dot] = 1 } } end):fails "solutions that meet have the same x′"
   expect(function() run { branch = { [v] = 1 } } end):fails "v is no unknown of the model"

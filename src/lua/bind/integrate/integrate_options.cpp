@@ -45,7 +45,7 @@ const OptionTable& integrate_option_rows() {
        "@parameters"},
       {"dt0", "number", "", "length of the first step, in s"},
       {"dtmax", "number", "", "length of the longest step, in s"},
-      {"max_steps", "integer", "", "the run stops after so many steps"},
+      {"max_steps", "integer", "", "the run stops after this many steps"},
       {"direct", "boolean", "false",
        "integrate a model of index 2 or more as it stands, to study order reduction"},
       {"guards", "boolean", "true",

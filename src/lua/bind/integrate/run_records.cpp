@@ -135,7 +135,7 @@ return sol:drift())",
          "dae{ der(var 'x') ~ 2 - abs(var 'x') }:integrate{ start = { x = -1 }, to = 3 }:stats().borders",
          "border x = 0: kink, located 1 time"},
         {"stats#rounding", stats_rounding, "stats.rounding -> string",
-         "Why the digits asked for are not there: rounding errors of the equations beside the tolerances (implicit "
+         "Why the requested digits are not reached: rounding errors of the equations compared with the tolerances (implicit "
          "methods, rtol below 1e-7). Empty where they are harmless."},
         {"stats#not_unique", stats_not_unique, "stats.not_unique -> string",
          "Where more than one solution goes on: from x = 0, x′ = √|x| may stay or leave. Empty if that was not met.",

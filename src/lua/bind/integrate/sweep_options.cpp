@@ -29,7 +29,7 @@ const OptionTable& own_rows() {
       {"store", "string", "", "file that takes the results, \"runs.db\"; stored runs are not computed again"},
       {"retry", "boolean", "false", "store: runs that failed are made again"},
       {"shards", "integer", "",
-       "store: the runs are left to others, divided into so many shards (pendula shard)"},
+       "store: the runs are left to others, divided into this many shards (pendula shard)"},
       {"on", "slurm", "",
        "store: the runs are made by a cluster, slurm{ partition = …, tasks = 64, time = \"2h\" }"},
       {"open", "boolean", "false", "store: only the stored runs; none is computed"},

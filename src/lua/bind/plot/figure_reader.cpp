@@ -317,7 +317,7 @@ const OptionTable& figure_option_rows() {
       {"y2label", "string or expression", "", "the label of that axis"},
       {"value_label", "string or expression", "", "the label of the scale of colours"},
       {"below", "list", "", "figures that are panels under this one"},
-      {"columns", "integer", "1", "how many panels stand beside each other"},
+      {"columns", "integer", "1", "how many panels are in a row"},
       {"by", "string", "", "the name of the function in errors"},
   };
   return rows;

@@ -316,7 +316,7 @@ extern const Module plot_module = {
          "The words that axes and legends show for an expression: its label and unit where it is a variable.",
          "label_text(var(\"p\", { text = \"pressure\", unit = \"bar\" }))", "pressure [bar]"},
         {"figure:text", drawing_text, "fig:text([columns]) -> string",
-         "The terminal drawing without colours, 80 columns wide unless told.",
+         "The terminal drawing without colours, 80 columns wide by default.",
          R"(plot({0, 1, 4}):text(40):match("┌"))", "┌"},
         {"figure:__tostring", describe_figure, "tostring(fig)", "What the figure holds, in one line."},
         {"figure#title", title, "fig.title", "Its title, or an empty string."},

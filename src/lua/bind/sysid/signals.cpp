@@ -120,8 +120,8 @@ const OptionTable prbs_options = {
     {"seed", "integer", "1", "where the register begins"},
 };
 const OptionTable multisine_options = {
-    {"lines", "list", "", "the periods in the record, 1 to samples/4 unless told"},
-    {"amplitudes", "list", "", "one for each line; 1 unless told"},
+    {"lines", "list", "", "the periods in the record, by default 1 to samples/4"},
+    {"amplitudes", "list", "", "one for each line; 1 by default"},
     {"phases", "string or list", "\"schroeder\"", "in rad, or how they are chosen", "schroeder|zero|random"},
     {"peak", "number", "1", "the largest value; 0: as the amplitudes say"},
     {"seed", "integer", "1", "of random phases"},
