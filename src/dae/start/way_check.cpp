@@ -51,7 +51,9 @@ bool WayCheck::goes_on(const WayOn& way) const {
 
 /// Where no solution is near, residuals remain, or the nearest point that solves the equations is the meeting itself.
 bool WayCheck::goes_on(const WayOn& way, const WayExpansion& along) const {
-  constexpr double ahead = 0.01, share = 0.1;  // of the time of change; of the change until then
+  // Looks ahead by a hundredth of the time in which unknowns change by their units, where the error of a straight line is
+  // 0.01² and the distance of solutions whose slopes differ by a unit is 0.01: `share`, of 0.01, lies between.
+  constexpr double ahead = 0.01, share = 0.1;
   const NumericArray& equations = numeric_arrays(model_)->of_order(0);
   PointValues values = way.values;
   for (const auto& [leaf, value] : along.at(way.values.at(time_symbol()) + ahead * scale_))
@@ -66,7 +68,7 @@ bool WayCheck::goes_on(const WayOn& way, const WayExpansion& along) const {
     w[j] = given->second;
   }
   constexpr int iterations = 30;      // along a double root steps fall to a half in each
-  constexpr double converged = 1e-6;  // of the change
+  constexpr double converged = 1e-6;  // of the change, 10⁻⁸ of a unit: a double root is known to √ε
   const Vec begin = w, &unit = equations.unit();
   for (int i = 0; i < iterations; ++i) {
     Vec r;
@@ -95,8 +97,11 @@ WayExpansion WayCheck::straight(const WayOn& way) const {
 
 /// At some distance, between what rounding and what missing derivatives hide.
 bool WayCheck::is_least(const WayOn& way, const WayExpansion& along, Place place, double unit) const {
-  constexpr double share = 0.3, change = 0.1, least_change = 0.01;
-  constexpr double unchanged = 1e-9;
+  // The residual of the right polynomial falls faster with h than that of one with a changed coefficient, so that any
+  // share below 1 is reached at some h, unless rounding hides both. The change is that by which solutions are told apart
+  // (same_derivative), or a tenth, where a smaller one would be lost in the residual of a double root, its square.
+  constexpr double share = 0.3, change = 0.1, least_change = same_derivative;
+  constexpr double unchanged = 1e-9;  // of a residual: less is rounding at the least h, 10⁻⁷
   constexpr int decades = 7;
   const double slope = along.derivatives[place.leaf].second[place.order];
   const double by = change * std::fabs(slope) + least_change * unit;

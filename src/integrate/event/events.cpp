@@ -12,8 +12,10 @@
 namespace pendula::integrate {
 namespace {
 
-constexpr double rounding_of_solved = 64 * eps;  // of an unknown that Newton's method finds
-constexpr int pieces = 4;  // a step is looked at in so many places, and in halves of them
+// Relative rounding errors of an unknown: of one that Newton's method finds, which RhsSolver solves for to 1e-14 = 45 ε;
+// and of a state, to which a step adds h Σ bᵢ Kᵢ (one rounding, ½ ε) and which enters g by some dozen operations at most.
+constexpr double rounding_of_solved = 64 * eps, rounding_of_state = 8 * eps;
+constexpr int pieces = 4;  // of a step, which are sampled, and halved where needed
 constexpr int deepest = 3, deepest_clock = 8;
 
 }  // namespace
@@ -180,9 +182,9 @@ double EventFinder::rounding(std::size_t i) {
   }
   double size = 0;
   terms_[i](problem_->values().data(), &size);
-  const double of_sums =
-      turns_back(i) ? rounding_of_solved : 8 * eps;  // steps of two bodies round differently
-  return std::isfinite(size) ? of_sums * size : 0;
+  // Differences of two bodies that touch contain the rounding errors of all steps since, which are not alike.
+  const double relative = turns_back(i) ? rounding_of_solved : rounding_of_state;
+  return std::isfinite(size) ? relative * size : 0;
 }
 
 /// To rounding: what g changes by in a few ulp of t.
@@ -219,7 +221,8 @@ int EventFinder::vanished(const std::vector<double>& g) const {
   return -1;
 }
 
-/// The height of a bounce that its height above 0 hides; the speed of a surface that begins to slide.
+/// The height of a bounce that rounding errors of large terms hide; the speed of a surface that begins to slide. Terms
+/// may be so large that g is never above their rounding: then g is compared with its own largest value.
 bool EventFinder::is_invisible(std::size_t i) {
   const double g = std::fabs(last_.g[i]);
   return g <= 1e-12 * largest_[i] && g <= rounding(i);

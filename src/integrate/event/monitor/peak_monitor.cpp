@@ -15,7 +15,9 @@ namespace pendula::integrate {
 
 namespace {
 
-constexpr double high = 2;  // of an exponent above its values at the ends: e² = 7.4
+// By how much an exponent exceeds its values at the ends of a step in a peak that a step may miss. With less, the nearer
+// end lies on the flank of the peak, within two half widths of the top (u = -θ²/2), and the step sees it.
+constexpr double high = 2;
 
 struct Candidate {
   Expr u, slope;
@@ -123,7 +125,7 @@ void PeakMonitor::restart(const ProblemPtr& problem, const Point& point) {
 }
 
 bool PeakMonitor::is_tired() const {
-  constexpr long few = 20;
+  constexpr long few = 20;  // so many peaks are passed in shorter steps whatever they cost
   return repeated_ > few && repeated_ > steps_ / 4;
 }
 
@@ -177,7 +179,7 @@ double PeakMonitor::passes_peak(const Sample& low, const Sample& behind, int dep
 
 /// How high ± u must be for a peak, more than e² times as high as the ends of the step: the stages see others.
 double PeakMonitor::peak_height(std::size_t i) const {
-  constexpr double least_exponent = -60;
+  constexpr double least_exponent = -60;  // e⁻⁶⁰ = 10⁻²⁶ is nothing beside tolerances, for factors up to 10¹³
   static const double share = std::exp(-high);
   const double a = last_.values[i], b = next_.values[i];
   if (!nodes_.is_divisor[i]) return std::max(std::max(a, b) + high, least_exponent);
@@ -188,7 +190,8 @@ double PeakMonitor::peak_height(std::size_t i) const {
 /// No node gets as high as a peak between two samples: not the cubics from them to the middle, which lie between their
 /// control points, and not if they err by several times what the cubic through the two samples errs by in the middle.
 bool PeakMonitor::shows_no_peak(const Sample& low, const Sample& middle, const Sample& behind) const {
-  constexpr double several = 8;
+  constexpr double several =
+      8;  // where cubics converge, those of the halves err by 1/16 of that of the whole
   constexpr double of_slope = 0.143;  // greatest value of s²(1-s)²(s-½), beside its slope at ½
   const double width = (behind.share - low.share) * dt_, third = width / 6;  // of the way to the middle
   for (std::size_t i = 0; i < nodes(); ++i) {
@@ -229,6 +232,8 @@ bool PeakMonitor::turns(std::size_t i, const Values& low, const Values& behind) 
 std::optional<PeakMonitor::Peak> PeakMonitor::peak_between(std::size_t i, const Sample& low,
                                                            const Sample& behind, const Point& from,
                                                            const Point& to) {
+  // A top is found to 10⁻⁶ of the step. The peak of a divisor may be narrower, and its height unknown: its area is taken
+  // as that of a peak of 10⁻⁴ at least.
   constexpr double narrowest = 1e-6, least_width = 1e-4;
   const bool divisor = nodes_.is_divisor[i];
   const double side = divisor && last_.values[i] > 0 ? -1 : 1;
@@ -255,7 +260,7 @@ std::optional<PeakMonitor::Peak> PeakMonitor::peak_between(std::size_t i, const 
 template <class Fallen>
 double PeakMonitor::half_width(double top, const Fallen& has_fallen) {
   constexpr double narrowest = 1e-7;
-  constexpr int halvings = 3;
+  constexpr int halvings = 3;  // of an interval [w/2, w]: to a sixteenth
   double sum = 0;
   int sides = 0;
   for (const double side : {-1.0, 1.0}) {
