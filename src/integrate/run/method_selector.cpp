@@ -130,6 +130,8 @@ const MethodFamily& MethodSelector::implicit() const {
 
 double MethodSelector::left() const { return state_.plan.to - state_.stepper().here().t; }
 
+// The constants below: docs/derivations.md#choice-of-the-method, measured in docs/performance.md.
+
 void MethodSelector::leave_explicit() {
   constexpr double clearly = 2;
   // Steps that stability alone limits: nothing but stiffness is left, for which some 12 steps of a Rosenbrock method

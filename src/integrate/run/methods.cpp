@@ -244,8 +244,9 @@ bool is_stiff(const Rates& rates, double span, double worth, bool iterates) {
   return steps > (iterates ? worth / iterating : worth) && rates.damped > dominant * rates.growing;
 }
 
-/// Whether a large model has modes so fast that following them would take very many steps. If they move, the implicit
-/// method shows it by short steps, and is left.
+/// Whether a large model has modes so fast that following them would take very many steps, 2400/6 = 400 at the limit of
+/// stability for each unit of implicit_cost(). If they move, the implicit method shows it by short steps, and is left:
+/// the price is then small beside 400 steps. Chosen on a beam of 40 pieces (docs/performance.md).
 bool swings_fast(const Rates& rates, double span, int unknowns) {
   constexpr double many = 2400, dominant = 1.5;
   return unknowns > StepWork::small && rates.fastest * span > many * implicit_cost(unknowns) &&
@@ -255,6 +256,7 @@ bool swings_fast(const Rates& rates, double span, int unknowns) {
 /// Are the eigenvalues those of diffusion, for which Chebyshev methods are stable, and is the Jacobian so nearly
 /// symmetric that they say what becomes of errors?
 bool is_diffusion(Problem& problem, const Rates& rates, const Point& at) {
+  // |λ| ≤ 1.05 |Re λ| means within 18° of the negative axis, along which the damped region of stability is a strip.
   constexpr double real = 1.05, shrinking = 0.01, normal = 0.01;
   if (rates.fastest > real * rates.damped || rates.growing > shrinking * rates.damped) return false;
   const int n = problem.n();
@@ -274,7 +276,8 @@ bool is_diffusion(Problem& problem, const Rates& rates, const Point& at) {
 /// others. From 10⁻⁵ on rodas4 takes up to eight times as many steps as Radau IIA, most of them behind fronts.
 Rival cheapest_implicit(const Problem& problem, const Method& method, const Plan& plan,
                         const StepWork& work) {
-  constexpr double few_digits = 5e-5, loose = 2e-5, clearly = 1.3;
+  constexpr double few_digits = 5e-5, loose = 2e-5;
+  constexpr double clearly = 1.3;  // bdf errs by half a digit more, which costs 3.7^0.2 of usual_bdf_steps()
   const double rtol = tightest(plan);
   Rival rival{&family::radau, work.radau_step(rtol), 0, usual_radau_steps(rtol)};
   if (rtol >= loose && &implicit_family(problem, method, plan) == &family::rosenbrock)
@@ -289,8 +292,9 @@ Rival cheapest_implicit(const Problem& problem, const Method& method, const Plan
 /// counted.
 std::optional<Choice> counted_choice(Problem& problem, const Method& method, const Plan& plan,
                                      const Point& start, const Rates& rates, double span) {
-  constexpr double many = 25, dominant = 4, clearly = 2, loosest_digits = 0.99e-5;
-  constexpr int stages = 12;  // of dop853
+  constexpr double many = 25, dominant = 4, loosest_digits = 0.99e-5;
+  constexpr double clearly = 2;  // rkc reaches a digit less, which costs 10^(1/3) times the steps: order 2
+  constexpr int stages = 12;     // of dop853
   const double steps = rates.damped * span / stability_limit, rtol = tightest(plan);
   if (steps < many || rates.damped <= dominant * rates.growing) return {};
   const auto work = StepWork::of(problem);
@@ -314,7 +318,8 @@ std::optional<Choice> counted_choice(Problem& problem, const Method& method, con
                 "explicit: stability limits the steps, and they cost less than implicit ones", rival};
 }
 
-/// The problem whose eigenvalues are looked at: of a large model that is at rest almost everywhere, a part.
+/// The problem whose eigenvalues are computed: of a large model that is at rest almost everywhere, a part, which may grow
+/// to four times what moves at the start.
 std::pair<ProblemPtr, Point> probed(const ProblemPtr& problem, const Point& start,
                                     const DependencyGraph* couplings) {
   constexpr int enough = 500;
