@@ -38,8 +38,8 @@ std::optional<LagrangeBasis> exact_lagrange(const Tableau& rk);
 /// The same in doubles, for any distinct nodes: coefficients of ℓⱼ in row j.
 Mat lagrange(const Tableau& rk);
 
-/// (71a): ∫₀¹ ∏ᵢ(τ - τᵢ) τ^k dτ for k = 0, 1, …, which vanish for k < q exactly if the quadrature has order s
-/// + q.
+/// ∫₀¹ ∏ᵢ(τ - τᵢ) τ^k dτ for k = 0, 1, …, which vanish for k < q exactly if the quadrature has order s + q
+/// (Hairer, Nørsett & Wanner, Solving ODEs I, 2nd ed., §II.7).
 std::vector<Real> orthogonality_integrals(const Coefficients& rk, int count);
 std::optional<std::vector<Surd>> exact_orthogonality_integrals(const Tableau& rk, int count);
 

@@ -1,4 +1,4 @@
-// The Lagrange polynomials of a method's nodes and the orthogonality integrals (71a).
+// The Lagrange polynomials of a method's nodes and its orthogonality integrals.
 #include "base/error.hpp"
 #include "method/collocation.hpp"
 

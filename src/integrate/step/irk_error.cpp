@@ -1,4 +1,9 @@
-// The error estimates of an implicit step: filtered by the matrix of its beginning, by that of its end, stiff parts.
+// Error estimates of an implicit step, Radau IIA and others (docs/derivations.md#radau):
+//
+//   err = ((γ/h) M + J)⁻¹ F(t₀, y, v),  v = -Σ eᵢ Zᵢ/h          filtered_error(); e is IrkFormula::error
+//
+// with y = y₀, and in the first step and after a rejection with y = y₀ + err. Here also: one more correction at the end of
+// a step, and the estimate without the matrix in front where that would hide the error (docs/derivations.md#step-checks).
 #include <algorithm>
 #include <cmath>
 
@@ -7,7 +12,7 @@
 
 namespace pendula::integrate {
 
-/// ‖(γ/h M + J)⁻¹ F(t₀, y, v)‖ with x′ = work_.velocity.
+/// ‖((γ/h) M + J)⁻¹ F(t₀, y, v)‖ in units of the tolerances, with v = work_.velocity.
 double IrkStepper::filtered_error(const double* y) {
   problem_->set_time(here_.t);
   double* at = problem_->unknowns();
