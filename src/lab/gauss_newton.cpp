@@ -30,27 +30,27 @@ class Solver {
       std::string what = f_.undefined ? f_.undefined(x_) : "";
       throw Error("R is not finite at the start" + (what.empty() ? "" : "; " + what));
     }
-    std::string status = "not converged";
+    GaussNewtonEnding& ending = run_.ending;
     while (true) {
       poll_interrupt();
       linearise();
       if (!J_.allFinite()) {
-        status = "undefined";
+        ending = GaussNewtonEnding::undefined;
         break;
       }
       const Vec step = gauss_newton_step();
       if (small(step) || R_.norm() <= noise()) {
-        status = has_run_away() ? "diverged" : "converged";
+        ending = has_run_away() ? GaussNewtonEnding::diverged : GaussNewtonEnding::converged;
         break;
       }
       if (run_.iterations() >= settings_.max) break;
       if (!advance(step)) {
-        status = stationary() ? "converged" : R_.allFinite() ? "stalled" : "undefined";
+        ending = stationary()     ? GaussNewtonEnding::converged
+                 : R_.allFinite() ? GaussNewtonEnding::stalled
+                                  : GaussNewtonEnding::undefined;
         break;
       }
     }
-    run_.status = status;
-    run_.converged = status == "converged";
     finish();
     return std::move(run_);
   }
@@ -249,7 +249,7 @@ Vec polished(const NumericFunction& f, Vec x) {
 
 /// Predicted and observed rate: what dropping S costs.
 void analyse(const NumericFunction& f, GaussNewtonRun& run) {
-  if (!run.converged || run.rank < f.n() || run.iterations() == 0) return;
+  if (!run.converged() || run.rank < f.n() || run.iterations() == 0) return;
   const Mat JtJ = run.J.transpose() * run.J;
   Vec root = run.x.back();
   if (f.curvature && f.jacobian) {
@@ -275,6 +275,11 @@ void analyse(const NumericFunction& f, GaussNewtonRun& run) {
 }
 
 }  // namespace
+
+const char* ending_name(GaussNewtonEnding ending) {
+  const char* const names[] = {"converged", "not converged", "diverged", "stalled", "undefined"};
+  return names[static_cast<int>(ending)];
+}
 
 GaussNewtonRun gauss_newton(const NumericFunction& R, const GaussNewtonSettings& settings, const Vec& start) {
   PENDULA_ASSERT(start.size() == R.n() && R.outputs > 0, "least squares with wrong sizes");

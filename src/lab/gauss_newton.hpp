@@ -30,12 +30,20 @@ struct GaussNewtonSettings {
   int max = 200;
 };
 
+enum class GaussNewtonEnding {
+  converged,
+  exhausted,  ///< max iterations
+  diverged,   ///< ‖x‖ grows beyond all bounds
+  stalled,    ///< no step reduces ‖R‖
+  undefined   ///< R or J is not finite
+};
+const char* ending_name(GaussNewtonEnding ending);
+
 struct GaussNewtonRun {
   std::vector<Vec> x;                  ///< x₀ (the start), x₁, …
   std::vector<double> norm, gradient;  ///< ‖R‖ and ‖JᵀR‖ of every iterate
   std::vector<double> alpha, lambda;   ///< of the step from xₖ; λ = 0: a Gauss–Newton step
-  bool converged = false;
-  std::string status;  ///< "converged", "not converged", "diverged", "stalled", "undefined"
+  GaussNewtonEnding ending = GaussNewtonEnding::exhausted;
 
   // ── at the last iterate ──
   Vec R;
@@ -51,6 +59,7 @@ struct GaussNewtonRun {
   Observed observed;
   std::string verdict;
 
+  bool converged() const { return ending == GaussNewtonEnding::converged; }
   int iterations() const { return static_cast<int>(x.size()) - 1; }
 };
 

@@ -22,7 +22,7 @@ std::string heading(const NumericFunction& f, const GaussNewtonSettings& setting
   std::string out =
       text(how, ", min ½‖R(x)‖² with ", f.outputs, f.outputs == 1 ? " residual in " : " residuals in ", f.n(),
            f.n() == 1 ? " unknown: " : " unknowns: ", run.iterations(),
-           run.iterations() == 1 ? " iteration, " : " iterations, ", run.status, "\n");
+           run.iterations() == 1 ? " iteration, " : " iterations, ", ending_name(run.ending), "\n");
   out += "  the Hessian JᵀJ + Σ Rᵢ ∇²Rᵢ is approximated by JᵀJ, J = ∂R/∂x\n";
   if (taken > 0 && settings.damping == Damping::automatic)
     out += text("  Gauss–Newton found no smaller ‖R‖ in ", taken, taken == 1 ? " iteration" : " iterations",
@@ -115,18 +115,18 @@ std::string rate_text(const GaussNewtonRun& run) {
 }
 
 std::string ending_text(const NumericFunction& f, const GaussNewtonRun& run) {
-  if (run.converged) {
+  if (run.converged()) {
     std::string out = rate_text(run);
     if (run.curvature < 0)
       out += " The exact Hessian is indefinite here: a saddle of ½‖R‖², not a minimum; start elsewhere.";
     return out;
   }
-  if (run.status == "undefined") {
+  if (run.ending == GaussNewtonEnding::undefined) {
     const std::string what = f.undefined ? f.undefined(run.x.back()) : "";
     return text("Stopped: R or ∂R/∂x is not finite beyond iterate ", run.iterations(),
                 what.empty() ? "" : "; ", what, ". Start where R is defined.");
   }
-  if (run.status == "diverged") {
+  if (run.ending == GaussNewtonEnding::diverged) {
     const bool residual = run.norm.back() > 10 * run.norm.front();
     return text(
         "Diverged: ", residual ? "‖R‖" : "‖x‖", " has grown from ",
@@ -134,7 +134,7 @@ std::string ending_text(const NumericFunction& f, const GaussNewtonRun& run) {
         rounded(residual ? run.norm.back() : run.x.back().norm(), 3),
         ", where not all unknowns have an influence on R. Use alpha = \"line search\", or start elsewhere.");
   }
-  if (run.status == "stalled")
+  if (run.ending == GaussNewtonEnding::stalled)
     return text("Stalled: no step from iterate ", run.iterations(),
                 " makes ‖R‖ = ", rounded(run.norm.back(), 6),
                 " smaller. Scale the unknowns to similar size or start elsewhere.");
@@ -175,7 +175,7 @@ std::string gauss_newton_text(const NumericFunction& R, const GaussNewtonSetting
 
 std::string gauss_newton_verdict(const NumericFunction& R, const GaussNewtonRun& run) {
   std::string out = ending_text(R, run);
-  if (run.status == "diverged") return out;  // where it ended is no point to be described
+  if (run.ending == GaussNewtonEnding::diverged) return out;  // where it ended is no point to be described
   const std::string free = undetermined_text(R.unknowns, run.undetermined);
   if (!free.empty()) out += (out.empty() ? "" : " ") + free;
   return out;

@@ -91,8 +91,8 @@ void Ensemble::rest(int l) {
 void Ensemble::load(EnsembleClient& client, int l) {
   for (;;) {
     if (next_ready_ == W_ || ready_set_[next_ready_] < 0)
-      if (ready_set_[0] == -2 || !prepare_starts(client)) {
-        ready_set_[0] = -2;  // no more
+      if (exhausted_ || !prepare_starts(client)) {
+        exhausted_ = true;
         next_ready_ = W_;
         return rest(l);
       }
@@ -198,6 +198,7 @@ bool Ensemble::is_rejected(EnsembleClient& client, int l) {
 void Ensemble::run(EnsembleClient& client) {
   ready_set_.assign(static_cast<std::size_t>(W_), -1);
   next_ready_ = W_;
+  exhausted_ = false;
   wanted_.clear();
   done_.clear();
   std::vector<int> free;

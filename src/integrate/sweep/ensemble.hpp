@@ -70,6 +70,7 @@ class Ensemble {
   Numbers ready_, ready_out_;     ///< sets that have been started
   std::vector<int> ready_set_;
   int next_ready_ = 0;
+  bool exhausted_ = false;  ///< no sets are left to be started
   struct Between {
     int set, place;
     double t;

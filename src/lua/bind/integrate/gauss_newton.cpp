@@ -80,8 +80,8 @@ int push_or_nil(Call& call, bool known, const Mat& value) {
 }
 
 int solution(Call& call) { return push_value(call.L, Mat(run_of(call).x.back())); }
-int converged(Call& call) { return call.push(run_of(call).converged); }
-int status(Call& call) { return call.push(run_of(call).status); }
+int converged(Call& call) { return call.push(run_of(call).converged()); }
+int status(Call& call) { return call.push(ending_name(run_of(call).ending)); }
 int iterations(Call& call) { return call.push(run_of(call).iterations()); }
 int verdict(Call& call) { return call.push(run_of(call).verdict); }
 int residuals(Call& call) { return push_column(call, run_of(call).norm); }
