@@ -70,6 +70,11 @@ expect(1, "a page that is not there", sections "// docs/nowhere.md\n")
 expect(0, "a section that is there",
   sections "// docs/derivations.md#sigma, docs/derivations.md#partial-fractions.\n")
 
+local function long(file, lines) return function() lengths.check_text(file, ("x\n"):rep(lines)) end end
+expect(0, "450 lines", long("src/x.cpp", 450))
+expect(1, "451 lines", long("src/x.cpp", 451))
+expect(1, "601 lines of a test", long("tests/x.cpp", 601))
+
 local function widths(text) return function() lengths.check_text("x.md", text) end end
 expect(1, "111 characters", widths(("a"):rep(111) .. "\n"))
 expect(0, "a long message in quotes", widths('print "' .. ("a"):rep(150) .. '"\n'))

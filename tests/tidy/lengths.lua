@@ -119,10 +119,10 @@ function lengths.check_text(file, text)
   end
   if #text > 0 and text:sub(-1) ~= "\n" then report(file, count, "no newline at the end of the file") end
   if file:find "%.md$" then return end
-  if count > most_lines then
-    report(file, count, ("%d lines; the ceiling is %d"):format(count, most_lines))
-  end
-  if count > many_lines and count <= most_lines then
+  local most = file:find "^src/" and many_lines or most_lines
+  if count > most then
+    report(file, count, ("%d lines; the ceiling is %d"):format(count, most))
+  elseif count > many_lines then
     print(("%s:%d: note: more than %d lines, does it hold one idea?"):format(file, count, many_lines))
   end
 end
