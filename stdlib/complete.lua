@@ -29,7 +29,9 @@ local function methods()
     local name = row.name:match "^rk%.(.+)$"
     if name and not rawget(row, "value") then words[#words + 1] = name end
   end
-  for _, family in ipairs { "radau", "bdf", "rodas", "gauss", "rkc" } do words[#words + 1] = family end
+  for _, family in ipairs(method_families()) do
+    if family.listed then words[#words + 1] = family.name end
+  end
   return words
 end
 

@@ -77,7 +77,7 @@ local function methods()
     end
   end
   for _, family in ipairs(method_families()) do
-    if family.explicit then
+    if not family.listed then                                 -- chosen by a tableau
       add_library(family, "rk", function(data, list) return list.folder == "explicit" and data.bhat end)
     elseif family.default ~= "" then
       add_library(family, "rosenbrock", function(data) return data.mhat end)

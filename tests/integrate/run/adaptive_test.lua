@@ -42,7 +42,7 @@ test("Robertson's reaction over ten decades", function()
   local loose = model:integrate { start = { y1 = 1, y2 = 0 }, to = 4e7, method = "radau", rtol = 1e-6,
     atol = { y1 = 1e-8, y2 = 1e-12, y3 = 1e-8 } }
   expect(worst(loose, { [y1] = 5.2030718441205470e-5, [y2] = 2.0813357318925326e-10,
-    [y3] = 0.99994796907342522 }) < 1e-3):is_true()
+    [y3] = 0.99994796907342522 }) < 2e-4):is_true()        -- atol of y1 beside its value; 10⁻⁵ are left
 end)
 
 test("HIRES and the chemical Akzo Nobel problem", function()
