@@ -134,7 +134,8 @@ const MethodFamily chebyshev{
     .instead = "rk.rk4",
     .default_method = "",
     .make = make_chebyshev,
-    .objection_to_index_2 = needs_x_and_z};
+    .objection_to_index_2 = needs_x_and_z,
+    .order = 2};
 
 }  // namespace family
 

@@ -32,6 +32,7 @@ struct MethodFamily {
   std::shared_ptr<Stepper> (*make)(const StepperRequest&);
   /// Why its algebraic variables would not converge for a model of index 2 or 3 as it stands; "" where they do.
   std::string (*objection_to_index_2)(const Method&);
+  int order = 0;  ///< 0: it varies, or belongs to the tableau
 };
 
 namespace family {

@@ -191,6 +191,10 @@ int method_families(Call& call) {
       lua_pushboolean(L, value);
       lua_setfield(L, -2, key);
     }
+    if (family->order > 0) {
+      lua_pushinteger(L, family->order);
+      lua_setfield(L, -2, "order");
+    }
     lua_pushboolean(L, family->objection_to_index_2({}).empty());
     lua_setfield(L, -2, "index_2");
     lua_rawseti(L, -2, static_cast<lua_Integer>(lua_rawlen(L, -2)) + 1);
@@ -227,7 +231,8 @@ extern const Module methods_module = {
     {
         {"method_families", method_families, "method_families() -> { family, … }",
          R"(The families of adaptive methods: name, text, explicit; listed: method = name chooses it; index_2: it
-            treats models of index 2 and 3 as they stand; default: the method behind the name. See methods().)",
+            treats models of index 2 and 3 as they stand; default: the method behind the name; order, where it does
+            not vary. See methods().)",
          "#method_families()", "6"},
         {"bdf", bdf, "bdf(steps) -> multistep",
          "The backward differentiation formula with 1 to 6 steps, its coefficients derived exactly.",
