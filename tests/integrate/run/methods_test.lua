@@ -82,3 +82,12 @@ test("an explicit method that needs x′ from equations that leave it open names
     "which an explicit method needs; take method = \"radau\" or \"bdf\""
   expect(sys:integrate{ start = { x = 1 }, to = 1, method = "radau" }.status):equals "finished"
 end)
+
+test("methods() has every method once, of every family", function()
+  local seen, families = {}, {}
+  for _, method in ipairs(pendula.methods()) do
+    expect(seen[method.name]):is_nil()
+    seen[method.name], families[method.family] = true, true
+  end
+  for _, family in ipairs(method_families()) do expect(families[family.name]):is_true() end
+end)
