@@ -132,7 +132,7 @@ class Approach {
   std::string at_meeting(const dae::PointValues& here) {
     expansions_.clear();
     ways_ = dae::ways_on(model_, here);
-    if (ways_.empty()) return "no way on was found";
+    if (ways_.empty()) return "no continuation was found";
     for (const dae::WayOn& way : ways_) {
       const auto expansion = dae::expansion(model_, way, true);
       if (!expansion) return "the derivatives of " + way.text + " were not found";
@@ -242,7 +242,7 @@ class BranchRun {
     }
     constexpr double visible = 1e-2;
     if (miss.size() == 1 && miss[0] > visible) {
-      why = "the way on that was found, with " + approach_.ways()[0].text + ", is not smooth";
+      why = "the continuation that was found, with " + approach_.ways()[0].text + ", is not smooth";
       return {};
     }
     return clear_least(miss, clearly, "which of them goes on smoothly is not clear", why);
@@ -278,7 +278,7 @@ class BranchRun {
     }
     const bool is_one = ways.size() == 1;
     const std::string none =
-        text(is_one ? "the one way on is not the one that was asked for"
+        text(is_one ? "the only continuation is not the one that was asked for"
                     : "none of them is clearly the one that was asked for",
              "; write branch = ", is_one && ways[0].text.empty() ? "\"smooth\"" : dae::choices_text(ways));
     const auto best = clear_least(miss, clearly, none, why);
