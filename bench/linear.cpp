@@ -1,7 +1,7 @@
 // Where dense, straight-line and KLU factorisations change places: integrate/solve/linear_solver.hpp takes its
-// borders from this table.     bench_linear [real|complex]
+// limits from this table. Call: bench_linear [real|complex]
 //
-// Per line: size, pattern and number of entries; µs for one factorisation and one solution by each road (a
+// Per line: size, pattern and number of entries; µs for one factorisation and one solution by each method (a
 // refactorisation for KLU, with new values each time); for straight-line code also its instructions, the µs
 // that choosing pivots and making it costs, and after how many factorisations it has paid for itself.
 //

@@ -28,8 +28,8 @@ struct WordsHash {
   }
 };
 
-/// How who finds an answer comes to refer to the expressions in it: by their windows (Origins), which are also those of
-/// whoever put it in; or because the finder touches them, where there are any besides those in the key.
+/// How the finder of an answer comes to refer to the expressions in it: by their windows (Origins), which are also those
+/// of the call that stored it; or because the finder touches them, if there are others than those in the key.
 enum class Refers { by_windows, by_touch };
 
 template <class Key, class Value, class Hash = std::hash<Key>, Refers refers = Refers::by_windows>

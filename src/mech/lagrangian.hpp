@@ -24,8 +24,7 @@ struct Lagrangian {
 /// shapes    q ∈ ℝⁿ, C ∈ ℝᵐ, Q ∈ ℝⁿ; W = ∂²T/∂q′² ∈ ℝⁿˣⁿ
 /// requires  W regular on ker ∂C/∂q and ∂C/∂q of full rank, both generically; W itself may be singular
 /// throws    Error: q not made of variables, T without velocities, a constraint without coordinates or
-/// redundant, wrong
-///           sizes, a mass matrix singular on ker ∂C/∂q (names the coordinates)
+///           redundant, wrong sizes, a mass matrix singular on ker ∂C/∂q (names the coordinates)
 /// see       docs/derivations.md#lagrange; Hairer & Wanner, Solving ODEs II, 2nd ed., §VII.1 (1.46)
 dae::ModelPtr lagrange(const Lagrangian& system);
 

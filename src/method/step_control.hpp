@@ -14,8 +14,8 @@ struct StepRules {
   int control_order;        ///< of the error estimate
   double beta, exponent;    ///< dt ← dt · 0.9 · err_old^β / err^exponent
   double slowest, fastest;  ///< between these factors
-  /// The latter behind the first step. A quotient of two estimates, as DOP853's, vanishes by chance more often than one;
-  /// the step that follows is then so many times longer, and its error the power of it where that happens again.
+  /// `fastest` after the first step. A quotient of two estimates, as in DOP853, vanishes by chance more often than one
+  /// estimate does; the next step is then `fastest` times as long, and its error, of order k, fastestᵏ times as large.
   double settled_fastest;
   double stability_limit;  ///< the largest y with |R(-y')| ≤ 1 for all 0 ≤ y' ≤ y
   bool fsal;

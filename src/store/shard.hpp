@@ -27,7 +27,7 @@ std::vector<Record> read_shard(const std::string& file, const std::string& finge
 
 class Shard : public RunSink {
  public:
-  /// path: "runs.db.d/17". Opens a file for this process and takes over what others have left. Throws Error where there
+  /// path: "runs.db.d/17". Opens a file for this process and takes over the results of processes that have ended. Throws Error where there
   /// is no such shard, the folder cannot be written.
   Shard(std::string path, std::string fingerprint, long runs);
   ~Shard() override;

@@ -182,7 +182,7 @@ class Packing {
   }
 
   bool is_constant(Slot v) const { return v >= p_.inputs && is_leaf(v); }
-  /// Constants of the four are written side by side; their slots are known at the end (with_constants).
+  /// Constants of the four are written side by side; their slots are known when the program ends.
   Tuple side_by_side(const Tuple& t) {
     Tuple row;
     for (Slot l = 0; l < width; ++l) {

@@ -1,8 +1,8 @@
 // Equal operations of neighbouring equations, four at a time (superword parallelism; Larsen & Amarasinghe, PLDI 2000).
 //
-//   f₁ = (x₁ - x₅)·r₁₅ + …        four equations of one shape become one of wide values: x₁ … x₄ is a load, x₅ is
-//   f₂ = (x₂ - x₅)·r₂₅ + …        broadcast, and one root and one division serve four pairs of bodies.
-//   f₃ = (x₃ - x₅)·r₃₅ + …        What does not lie side by side is gathered, number by number.
+//   f₁ = (x₁ - x₅)·r₁₅ + …     four equations of one shape become one of wide values: x₁ … x₄ is a load,
+//   f₂ = (x₂ - x₅)·r₂₅ + …     x₅ is broadcast, and one root and one division serve four pairs of bodies.
+//   f₃ = (x₃ - x₅)·r₃₅ + …     Values that are not side by side are gathered, number by number.
 //   f₄ = (x₄ - x₅)·r₄₅ + …
 #pragma once
 

@@ -27,7 +27,7 @@ struct FusedLoop {
   Slot steps = 0, chunk = 0;
 };
 
-/// Inputs are read from `in`, as in run_piece.
+/// Inputs are read from `in`, operands that are results from `workspace`.
 void run_loop(const FusedLoop& loop, Slot inputs, const double* in, double* workspace);
 
 /// The items of a tape, in an order that respects dependences; every result has a range of slots of its own.

@@ -22,8 +22,8 @@ namespace {
 
 constexpr double rounding = 64 * 2.2e-16;
 
-/// The difference of two nearby numbers of 53 bits is a small multiple of their last one: 100·1.1 - 110 = 2⁻⁴⁶. What is
-/// computed otherwise has all bits; one in 2⁴³ such numbers ends like this, too.
+/// The difference of two nearby numbers of 53 bits is a small multiple of their last bit: 100·1.1 - 110 = 2⁻⁴⁶. Other
+/// results have all bits; one in 2⁴³ of them looks like this by chance.
 bool is_difference_of_roundings(double v) {
   constexpr int bits = 10;
   int exponent;
@@ -61,8 +61,8 @@ class SizesWithout {
     for (std::size_t j = 0; j < unknowns.size(); ++j) values_[unknowns[j]] *= m.unknowns[j];
   }
 
-  /// Is the change of a residual by a constant more than a rounding error of its largest term? What small constants alone
-  /// stand beside, as a mass in s⁻² beside an acceleration, has a size that nothing else tells.
+  /// Is the change of a residual by a constant more than a rounding error of its largest term? The size of an unknown that
+  /// has only small constants as factors, as an acceleration with a mass in s⁻², is not known from other terms.
   bool is_seen(Expr before, Expr after, Eigen::Index row) const {
     const std::vector<Expr> inside = leaves({&before, 1});
     if (std::any_of(inside.begin(), inside.end(), [&](Expr leaf) {

@@ -12,10 +12,11 @@ namespace pendula::dae {
 /// "index 2, 1 free initial value"
 std::string answer_text(int index, int dof);
 
-/// What the answer is if constants of the size of rounding errors are 0: 0.1 + 0.2 - 0.3 beside numbers of size 1,
+/// A second answer, with constants of the size of rounding errors taken as 0: 0.1 + 0.2 - 0.3 among numbers of size 1,
 /// 100·1.1 - 110. Decimals as typed are exact and do not count.
 ///
-/// here       the answer as given; answer_in: of another model. Cost: one more analysis where there are such constants
+/// here       the answer as given; answer_in: that of another model
+/// cost       one more analysis where there are such constants
 /// returns    "near-singular: 5.55e-17 in (1) …"; nothing where there are none or the answer is the same
 std::optional<std::string> note_on_rounding(const Model& model, const std::string& here,
                                             const std::function<std::string(const Model&)>& answer_in);

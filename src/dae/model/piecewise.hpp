@@ -58,8 +58,8 @@ bool is_root(Expr e);
 /// 0 = min(a, b) or 0 = max(a, b), up to a sign.
 bool is_complementarity(Expr residual);
 
-/// 0 for each sign whose argument vanishes where 0 = c for all c: what a stop holds rests, and dry friction on it is not
-/// that of either side.
+/// 0 for each sign whose argument vanishes where 0 = c for all c: a body held by a stop rests, and its dry friction is
+/// that of neither side.
 Substitution resting_signs(const std::vector<Expr>& residuals, const std::vector<Expr>& conditions);
 
 /// All combinations of at most three choices; empty if there are none, or more.

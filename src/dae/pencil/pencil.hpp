@@ -98,14 +98,12 @@ std::string describe_singular(const Pencil& p);
 
 /// x(t) for t ≥ `from`.
 ///
-/// x0        conditions x_j(from) = value; values may contain parameters. Those that are not enough are an
-/// Error
-///           that names what is free; contradictions to the constraints an Error that shows the residual.
-///           With `general` the free values are the constants c1 … instead.
-/// inputs    input leaf -> expression in t; polynomials, exponentials, sines and cosines of linear arguments
-/// with
-///           rational rates (or roots of rationals as frequencies), and their products. Where there is
-///           nothing to integrate (dof = 0), any function, given or not.
+/// x0        conditions x_j(from) = value; values may contain parameters. Too few are an
+///           Error that names what is free, contradictions to the constraints an Error that shows the
+///           residual. With `general` the free values are the constants c1 … instead.
+/// inputs    input leaf -> expression in t; polynomials, exponentials, sines and cosines of linear
+///           arguments with rational rates (or roots of rationals as frequencies), and their products. Where
+///           there is nothing to integrate (dof = 0), any function, given or not.
 /// returns   exact expressions where the modes are rational or quadratic, else decimals in them
 struct SolutionRequest {
   std::vector<std::pair<Expr, Expr>> x0;

@@ -48,9 +48,9 @@ class NumericArray {
   /// Values for t, inputs, parameters without value: drawn from the seed and the name, the same for every k.
   std::unordered_map<Expr, double> known(int seed) const;
 
-  /// From `w` to a solution of F_k = 0, the first `held` unknowns kept; nothing if there is none near. negligible: what
-  /// counts as 0 in the scaled Jacobian: beside a singular point, coefficients that vanish there would determine the
-  /// highest derivatives from rounding errors.
+  /// From `w` to a solution of F_k = 0, the first `held` unknowns kept; nothing if there is none near. negligible:
+  /// entries of the scaled Jacobian that count as 0: near a singular point, coefficients that vanish there would
+  /// determine the highest derivatives from rounding errors.
   struct Solution {
     Vec w;
     bool slow;
@@ -58,7 +58,7 @@ class NumericArray {
   std::optional<Solution> project(Vec w, const std::unordered_map<Expr, double>& known, Eigen::Index held,
                                   double negligible = 0) const;
 
-  /// `y_only`: the point was found with x held, so that ranks of y are what can be said.
+  /// Ranks of the derivative array at the point.
   ArrayRanks ranks(const Solution& at, const std::unordered_map<Expr, double>& known) const;
 
   const std::vector<Expr>& columns() const { return columns_; }

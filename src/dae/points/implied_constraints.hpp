@@ -2,8 +2,8 @@
 //
 // The gradients of 0 = C(q) depend on each other at every position near one, though not generically: Bricard's linkage,
 // a parallelogram with a third crank, a circle written as a sphere, a plane and a cylinder. By the theorem of constant
-// rank r of them imply all others near there. A singular position is something else: there the gradients depend on
-// each other too, beside it they do not, and nothing follows from anything.
+// rank r of them imply all others near there. A singular position is different: the gradients are dependent there, but
+// not at positions nearby, and no constraint follows from others.
 #pragma once
 
 #include <optional>

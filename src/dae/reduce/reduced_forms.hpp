@@ -9,8 +9,9 @@
 
 namespace pendula::dae {
 
-/// Of a form that has nothing to do: 'form "ggl": the model has index 1 and no constraint that has to be differentiated;
-/// it can be integrated as it stands'. Where the model had to be regularised, that is true of the regularised equations.
+/// Refuses a form that would change nothing: 'form "ggl": the model has index 1 and no constraint that has to be
+/// differentiated; it can be integrated as it stands', or, of a model that had to be regularised, its regularised
+/// equations can.
 [[noreturn]] void refuse_form(const char* form, const Model& model, const char* lacking);
 
 /// "ggl": constraints stay as they are and their derivatives join them, with additional multipliers μ:

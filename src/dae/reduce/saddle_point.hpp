@@ -3,10 +3,10 @@
 //   ⎡M  Cᵀ⎤ ⎡v⎤   ⎡f⎤        S = C M⁻¹ Cᵀ - D,   S z = C M⁻¹ f - g,   v = M⁻¹ (f - Cᵀ z)
 //   ⎣C  D ⎦ ⎣z⎦ = ⎣g⎦        (the range-space method; Benzi, Golub & Liesen, Acta Numerica 14, 2005, §5)
 //
-// D is what bodies leave behind that were eliminated before, else 0. M falls into blocks of bodies that share
-// coordinates, S into those of loops that share bodies; LU of the whole with pivots knows neither. M may be singular at
-// some positions, or for other parameters, where the whole is regular: that is noticed at every evaluation
-// (codegen/program/symmetric.hpp), and pivots are taken there.
+// D comes from bodies that were eliminated before, else it is 0. M has a block for the bodies that share coordinates, S
+// for the loops that share bodies; LU with pivoting of the whole matrix uses neither. M may be singular at some
+// positions, or for other parameters, where the whole is regular: this is checked at every evaluation
+// (codegen/program/symmetric.hpp), and pivoting takes over there.
 #pragma once
 
 #include <optional>

@@ -2,10 +2,10 @@
 //
 // z ⊥ ker B means z ∈ range Bᵀ. With r independent columns B_K of B, r its rank, that range is the one of Bᵀ B_K:
 //     z = Bᵀ B_K y,   y ∈ ℝʳ,
-// so that y is determined, and no null vector has to be known. Rows of B in other units, forces beside torques, are
-// weighted, z = Bᵀ D B_K y, D diagonal: the range is the same, and rounding errors do not grow. Constraints that follow
-// from the others are left out of the equations; an excess of each is what fails there: 0 at every start, and the end of
-// a run where it grows.
+// so that y is determined, and no null vector has to be known. Rows of B in different units, forces and torques,
+// are weighted, z = Bᵀ D B_K y, D diagonal: the range is the same, and rounding errors do not grow. Constraints that
+// follow from the others are left out of the equations. Their violation is monitored as an excess: 0 at every start; a
+// run ends where it grows.
 #pragma once
 
 #include <string>
@@ -26,7 +26,7 @@ struct LeastNorm {
   std::unordered_map<Expr, double> sizes;  ///< of their coordinates, as ConstraintRank has them
 };
 
-/// Weights of generalised forces along coordinates q with these units: 100⁻ᵏ, 1 for the largest unit and those down to a
+/// Weights 100⁻ᵏ of generalised forces along coordinates q with these units; 1 for the largest unit and units down to a
 /// thirtieth of it.
 std::vector<double> force_weights(const VecX& q, const std::unordered_map<Expr, double>& units);
 
@@ -37,7 +37,7 @@ void add_least_norm(const LeastNorm& least, const std::string& note,
 
 /// The same motion by independent constraints, for a model whose constraints depend on each other at the position near
 /// these values and beside it: one made by lagrange, or any with constraints 0 = C(x) between its states and unknowns z
-/// that enter the other equations linearly. It is what `dependent` of the result points to.
+/// that enter the other equations linearly. `dependent` of the result points to it.
 /// throws    Error: no constraints; Failure: independent ones, no position, a singular position
 ModelPtr independent(const ModelPtr& model, const std::unordered_map<Expr, double>& near);
 

@@ -1,5 +1,5 @@
-// Blocks of the system Jacobian that are too large for their determinant to be written out: what must keep
-// its rank along a solution is handed over as matrices, and watched numerically (integrate/event/monitor/rank_monitor.hpp).
+// Blocks of the system Jacobian whose determinant is too large to be written out. They must keep their rank along a
+// solution: the monitor of ranks gets them as matrices (integrate/event/monitor/rank_monitor.hpp).
 #pragma once
 
 #include <string>
@@ -33,7 +33,7 @@ struct LargeBlock {
 
 /// Empty where the analysis is not regular. Where J is [M F; G 0] with the mass matrix of a Lagrangian and F = GᵀR, or
 /// with a constant diagonal M, F = D Gᵀ R, D⁻¹M positive (accelerations may be divided by their masses), it is singular
-/// only where G has dependent rows, and J is not watched. Cost: linear in the entries of J, remembered.
+/// only where G has dependent rows, and J is not monitored. Cost: linear in the entries of J, cached.
 std::vector<LargeBlock> large_blocks(const ModelPtr& model);
 
 }  // namespace pendula::dae

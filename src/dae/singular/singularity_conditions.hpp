@@ -22,8 +22,8 @@ namespace pendula::dae {
 /// that of determinant_factors(), remembered.
 std::vector<SingularityCondition> singularity_conditions(const ModelPtr& model, bool all = false);
 
-/// What must not vanish for the rows that form "array" chose to determine the unknowns it chose, although the model may
-/// have solutions there. Empty for other forms. Cost: that of determinant_factors(), remembered.
+/// Expressions that must not vanish if the rows chosen by form "array" are to determine its unknowns, although the model
+/// may have solutions there. Empty for other forms. Cost: that of determinant_factors(), cached.
 std::vector<SingularityCondition> choice_conditions(const ModelPtr& model);
 
 /// "x ≠ 0, y ≠ 0": what the form divided by.

@@ -33,12 +33,12 @@ std::vector<WayOn> ways_on(const Model& model, const PointValues& point);
 std::string ways_text(const std::vector<WayOn>& ways);
 std::string choices_text(const std::vector<WayOn>& ways);
 
-/// Why `branch = { leaf = value }` cannot tell solutions of the model that meet from each other, wherever they do, and
-/// what can; "" where it may.
+/// Why `branch = { leaf = value }` cannot distinguish solutions of the model that meet, wherever they do, and which values
+/// can; "" where it may.
 std::string cannot_choose(const Model& model, Expr leaf, double value);
 
-/// The Taylor polynomial of a way at its point: of every state and algebraic variable, the derivatives of order 0, 1 … p
-/// as far as the equations and their derivatives determine all of them. at_meeting: its point is where branches meet.
+/// The Taylor polynomial of a solution at a point: derivatives of order 0, 1 … p of every state and algebraic variable, as
+/// far as the equations and their derivatives determine all of them. at_meeting: branches meet at the point.
 struct WayExpansion {
   double t = 0;
   std::vector<std::pair<Expr, std::vector<double>>> derivatives;
@@ -51,8 +51,8 @@ struct WayExpansion {
 };
 std::optional<WayExpansion> expansion(const Model& model, const WayOn& way, bool at_meeting);
 
-/// When x′ and z of a solution are no longer determined: the zero of the determinant of ∂F/∂(x′, z) along its polynomial
-/// before `to`, whether it changes its sign there or not. others: values of parameters. Nothing where there is none.
+/// The time before `to` at which x′ and z are no longer determined: a zero of det ∂F/∂(x′, z) along the polynomial, with
+/// or without a change of sign. others: values of parameters. Nothing where there is none.
 std::optional<double> meeting_time(const Model& model, const WayExpansion& way, const PointValues& others,
                                    double to);
 

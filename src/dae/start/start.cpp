@@ -16,8 +16,8 @@ namespace {
 
 using Index = Eigen::Index;
 
-/// Do the equations hold at `next` to their rounding errors, or as well as at w? What is beside a unit that is far too large
-/// does count.
+/// Do the equations hold at `next` to their rounding errors, or as well as at w? Residuals far below their units count, too,
+/// since a unit may be far too large.
 bool holds_as_well(const StartSystem& s, const Vec& w, const Vec& next) {
   const auto rows = static_cast<Index>(s.request.nearest ? s.first_fix : s.rows.size());
   const Vec r = s.residual(next).head(rows).cwiseAbs(), before = s.residual(w).head(rows).cwiseAbs();

@@ -1,6 +1,6 @@
-// Starts at singular points: where the equations of index 1 do not determine x′ and z, the solution that begins there is
-// not determined by the start, or only one of the values that satisfy the equations continues smoothly. And nearly
-// singular ones: values that rounding errors leave without digits.
+// Starts at singular points, where the equations of index 1 do not determine x′ and z: the start does not determine the
+// solution, or only one of the values that satisfy the equations continues smoothly. Also nearly singular starts, some
+// values of which have no correct digits.
 #include <algorithm>
 #include <cmath>
 #include <functional>

@@ -1,5 +1,5 @@
-// Do the equations hold along a way on from a singular point? Near a multiple root, points of the derivative array need
-// not be solutions: z³ = x³ and its first derivatives leave z′ nearly free at 0.
+// Do the equations hold along a proposed continuation of a solution beyond a singular point? Near a multiple root, points
+// of the derivative array need not be solutions: z³ = x³ and its first derivatives leave z′ nearly free at 0.
 #pragma once
 
 #include "dae/points/array_points.hpp"
@@ -40,15 +40,16 @@ class WayCheck {
   double scale_;  ///< of time, in which an unknown changes by its unit
 };
 
-/// The derivatives that the equations leave open where ∂F/∂(x′, z) loses rank: z′ of the algebraic variables in its null
-/// space, x″ where there are none. values: of every leaf of the equations.
+/// The derivatives that the equations do not determine where ∂F/∂(x′, z) loses rank: z′ of the algebraic variables in its
+/// null space, x″ where there are none. values: of every leaf of the equations.
 std::vector<Expr> undetermined(const Model& model, const PointValues& values);
 
 /// Names a way by its values of these derivatives, where it has them.
 void name_by(WayOn& way, const std::vector<Expr>& leaves, const WayCheck& check);
 
-/// The solution that has arrived where x′ and z are not determined, as a way on, "z′ = 0" of z (x - z²) at x = 0; nothing
-/// where the equations have no solution beside its polynomial a little later. at: values there, with t and parameters.
+/// The continuation of a solution that has reached a point where x′ and z are not determined: "z′ = 0" of z (x - z²) at
+/// x = 0. Nothing where the equations have no solution near its polynomial a little later. at: values there, with t and
+/// parameters.
 std::optional<WayOn> arrived_way(const Model& model, const PointValues& at, const WayExpansion& arrived);
 
 }  // namespace pendula::dae

@@ -1,7 +1,7 @@
-// Structure of a DAE: who appears where, with which order of derivative.
+// Structure of a DAE: which variable appears in which equation, with which order of derivative.
 //
 // sigma.hpp (here): offsets from the signature, integers only. blocks.hpp: Dulmage–Mendelsohn decomposition.
-// signature.hpp: signature, incidence and system Jacobian of a model. balance.hpp: what is over- and under-determined,
+// signature.hpp: signature, incidence and system Jacobian of a model. balance.hpp: over- and under-determined parts,
 // in words. differentiation.hpp: equations differentiated as often as the offsets say.
 //
 // Structural analysis by the Σ-method: integers only, no symbols.

@@ -124,8 +124,8 @@ double Evaluator::component(const Step& step, const std::vector<double>& values,
   return found->second[component_of(step.node)];
 }
 
-/// Elimination is as exact as if every entry had been off by n roundings: the largest difference that errors up to such
-/// ones make, drawn at random a few times.
+/// Elimination is as accurate as if every entry had an error of n roundings: the largest change of the component by a few
+/// random errors of this size.
 double Evaluator::error_of_component(const Step& step, const std::vector<double>& values,
                                      const std::vector<double>& errors, Solutions& solution_errors) const {
   constexpr int draws = 4;

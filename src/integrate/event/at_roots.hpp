@@ -1,5 +1,5 @@
-// Conditions of events that were at their roots where the first of several resets at one moment happened: which of them the
-// resets send across. The third ball of Newton's cradle touches the second, which the first has just hit.
+// Conditions of events that are at their roots when the first of several simultaneous resets happens, and which of them
+// the resets send across. The third ball of Newton's cradle touches the second, which the first has just hit.
 #pragma once
 
 #include <functional>
@@ -27,15 +27,15 @@ class AtRoots {
   double fastest() const { return fastest_; }
   bool is_leaving(double slope) const;  ///< visibly: blows that send each other back end
 
-  /// The condition of event i is at its root, before the resets and behind them; slope: before; since: the event has happened
-  /// so long ago, or not a number; interval: of the run. After all that is to be measured.
+  /// Adds event i, whose condition is at its root before and after the resets. slope: before them; since: time since the
+  /// event happened, or not a number; interval: of the run. To be called after all measurements.
   void add(std::size_t i, double slope, double since, double interval);
 
-  /// Has the slope of an event that came to its root at this very moment been changed by a reset? Asked once for each.
+  /// Has a reset changed the slope of an event that reached its root at this very moment? Called once for each.
   bool order_matters(int which, double now);
   /// Looks at the slopes since the last reset.
   void look(const Slope& now) { first_sent(now); }
-  /// The same, and the first event that leaves its root in its direction since it was at rest there, or on its way back.
+  /// The same, and the first event that leaves its root in its direction after it was at rest there or moved back.
   std::optional<Sent> sent_across(const Slope& now);
 
  private:
@@ -47,8 +47,8 @@ class AtRoots {
   double fastest_ = 0;
 };
 
-/// The states that a condition and its slope depend on, by the equations of these states as they are written; nothing where
-/// they hold other unknowns, through which all may matter. Ascending by id. Cost: those equations.
+/// The states that a condition and its slope depend on, by the equations of these states as they are written, ascending
+/// by id; nothing where these equations contain other unknowns, which may depend on every state. Cost: linear in them.
 std::optional<std::vector<Expr>> states_behind(Expr when, const dae::FirstOrder& form);
 
 /// That what comes of events at one moment may depend on their order.

@@ -322,8 +322,8 @@ std::optional<EventFinder::Hit> EventFinder::scan(Stepper& stepper, const StepVi
   return {};
 }
 
-/// A sample inside the step may be a root: it has the sign of g just after it, so that a root is there where this is another
-/// one than before. At the end of the step the next one shows it.
+/// Gives a sample inside the step at which g is 0 the sign of g just after it: a root is found there if that differs from
+/// the sign before. At the end of the step this is left to the next step.
 void EventFinder::decide_zeros(Stepper& stepper, const StepView& step, const Sample& a, Sample& b) {
   constexpr double ahead = 1.0 / 64;  // of the rest of the step
   for (std::size_t i = 0; i < events_->size(); ++i) {

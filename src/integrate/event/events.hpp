@@ -40,8 +40,8 @@ struct Event {
 
 struct EventList {
   std::vector<Event> list;
-  /// On which side of its root a condition was just before the start, where the run goes on from another one: what has
-  /// jumped across its root happens at the start. Of none, or of the first events.
+  /// For a run that continues another one: on which side of its root each condition was just before the start. Events
+  /// whose condition has jumped across its root happen at the start. Empty, or for the first events.
   std::vector<double> sides;
   /// Conditions that the states must satisfy after a reset, level by level; `reset` says which states keep
   /// their new value. Throws Error when they cannot.
@@ -56,7 +56,7 @@ class Oscillation : public Failure {
 
 /// Finds the first root inside a step.
 ///
-/// A step is looked at in pieces, unless cubics through its ends and its middle show that no condition comes near zero.
+/// A step is sampled in pieces, unless cubics through its ends and its middle show that no condition comes near zero.
 /// Between two samples a change of sign is a root; where the slopes say that g
 /// could have gone to zero and back, the piece is halved a few times, more often for functions of time alone,
 /// which are cheap and do not limit the step size themselves. A condition that contains sines and cosines is
@@ -127,8 +127,8 @@ class EventFinder {
   std::optional<Hit> find(Stepper& stepper, const StepView& step);
   /// After a root that changes nothing: go on behind it.
   void pass(const Hit& hit, Stepper& stepper, const StepView& step);
-  /// Conditions of resets that have only been 0 to rounding since the last point looked at, as of bodies that move side
-  /// by side, cross nothing: then the search goes on behind, on the side where they were.
+  /// Has the condition of a reset only been 0 to rounding since the last sample, as for bodies that move side by side?
+  /// Then it has crossed nothing, and the search goes on after it, on the side where the condition was.
   bool rests(const Hit& hit, Stepper& stepper, const StepView& step);
 
  private:

@@ -13,8 +13,9 @@ namespace pendula::integrate {
 /// interval, and not like its square, is a kink. Missed may be jumps that come in pairs within an eighth, three kinks
 /// or more in [from, to], and those that are less than f″ times half of it.
 ///
-/// at_break: `to` is such a time itself, to rounding.   size: the largest |f| so far; what is beyond its last digits is
-/// neither.   Cost: 9 evaluations where f is constant, 25 where it is linear or well resolved, up to 100 else.
+/// at_break  `to` is such a time itself, to rounding
+/// size      the largest |f| so far; changes beyond its last digits are neither jump nor kink
+/// cost      9 evaluations where f is constant, 25 where it is linear or well resolved, up to 100 else
 std::optional<double> find_break(const std::function<double(double)>& f, double from, double to,
                                  bool at_break, double& size);
 

@@ -16,15 +16,14 @@ namespace pendula::integrate {
 /// The maximal subexpressions of t and parameters that may have pulses.
 std::vector<Expr> functions_of_time(std::span<const Expr> equations, const std::vector<Expr>& parameters);
 
-/// Times inside [from, to], ascending, at which steps should end so that no pulse is passed over: eleven for each
-/// pulse, that is a change of one of the functions of time, to and fro or once, that is shorter than a
-/// thirtieth of the interval, with rest before (or the beginning of the run) and behind it. Pulses are seen that are longer than some 1/2000 of
-/// the interval. parameters and their values.
+/// Times inside [from, to], ascending, at which steps should end so that no pulse is passed over, eleven for each pulse.
+/// A pulse is a change of one of the functions of time, there and back or once, within a thirtieth of the interval, with
+/// rest before it (or the beginning of the run) and after it. Pulses longer than some 1/2000 of the interval are found.
 std::vector<double> pulse_times(const std::vector<Expr>& functions, const std::vector<Expr>& parameters,
                                 std::span<const double> values, double from, double to);
 
-/// The same of functions that are known by their values alone, and of changes that take longer, too: where nothing else
-/// moves, steps have no reason to be shorter than the run. Cost: 2049 evaluations of each.
+/// The same for functions known by their values only, and also for slower changes: where nothing else moves, steps may
+/// otherwise be as long as the run. Cost: 2049 evaluations of each.
 std::vector<double> pulse_times(std::span<const std::function<double(double)>> inputs, double from,
                                 double to);
 

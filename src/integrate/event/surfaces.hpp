@@ -8,7 +8,7 @@
 //   open     the sides differ, or it depends on where the border is crossed
 //
 // A border is located as a root, so that every step sees one side only: a step size that has grown on one side
-// may be far too long for the other, even where the equations are smooth. Where a border is located, its branch is held fixed ("frozen") during a step: abs(a) → σa, sign(a) → σ,
+// may be far too long for the other, even where the equations are smooth. During a step the branch of such a border is held fixed ("frozen"): abs(a) → σa, sign(a) → σ,
 // a < b → σ, with a "mode" σ that is constant between crossings. Each step then sees smooth equations,
 // crossings are roots along a smooth solution, and the next step begins there with the other mode:
 //

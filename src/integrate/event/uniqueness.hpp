@@ -21,8 +21,9 @@ namespace pendula::integrate {
 
 class UniquenessCheck {
  public:
-  /// Of the roots √u and u^q, 0 < q < 1, in a problem's equations those whose u contains t, states and parameters only;
-  /// |v|, max(v, 0) and 2 v count as v. Of u′, u″ … those that contain nothing else either, nor a root. Cost: one pass over the equations, remembered for the next run.
+  /// Collects the roots √u and u^q, 0 < q < 1, of a problem's equations whose u contains t, states and parameters only
+  /// (|v|, max(v, 0) and 2 v count as v), and of u′, u″ … those that contain nothing else either, nor a root. Cost: one
+  /// pass over the equations, cached for the next run.
   explicit UniquenessCheck(const Problem& problem);
   bool empty() const { return roots_.empty(); }
 

@@ -51,8 +51,8 @@ struct Plan {
   /// Index of every unknown of (x, z) for the error test of a model of index 2 or 3 (Hairer & Wanner II,
   /// §VII.4); empty: all 1.
   std::vector<int> variable_index;
-  /// Chains of derivatives as unknowns (form "array"): each one is a difference of larger ones, so that rounding errors are
-  /// looked for at every tolerance.
+  /// Chains of derivatives as unknowns (form "array"): each one is a difference of larger ones, so that rounding errors
+  /// are monitored at every tolerance.
   bool has_chains = false;
   EventList events;
   int modes = 0;  ///< of the surfaces among the events

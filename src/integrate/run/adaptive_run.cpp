@@ -36,10 +36,10 @@ FlushDenormals::~FlushDenormals() = default;
 
 namespace {
 
-/// Most of the way from the last point that is kept to where the run stops: a step may have passed over it that was a good
-/// part of the run. No event lies on it: those of that step have been looked for. By halves, so that what ends a run there
-/// for another reason (plan().stop_when: another choice of constraints serves better) is seen before errors have grown;
-/// true if it has.
+/// Integrates most of the way from the last point that is kept to where the run stops: the step that passed it may have been
+/// a good part of the run. No event is there, since those of that step have been found. By halves, so that another reason
+/// to stop (plan().stop_when: another choice of constraints is better) is noticed before errors have grown; true if one
+/// was.
 bool come_closer(AdaptiveState& state, MethodSelector& method, const Point& from, double t) {
   constexpr double rest = 1e-3;  // of the way: behind that, equations that become singular multiply errors
   constexpr int most_steps = 100;

@@ -72,8 +72,8 @@ const Event* EventHandler::terminating(const EventFinder::Hit& hit) const {
   return nullptr;
 }
 
-/// What was found at one moment is done in one go as far as resets change nothing that conditions of others depend on, as
-/// clocks that tick together. Others that turn back are left pending: what a reset has changed is known behind a restart.
+/// Applies events of one moment together if their resets change nothing that conditions of the others depend on, like clocks
+/// that tick together. Other events with resets are left pending: what a reset has changed is known after a restart.
 EventHandler::Applied EventHandler::apply_all(const EventFinder::Hit& hit, Point& point) {
   Applied done;
   std::vector<Expr> reset;

@@ -1,8 +1,8 @@
 // Short visits to the other side of a border that is integrated through (event/surfaces.hpp).
 //
-// Nothing locates the crossings of such a border, and the error estimate of a step knows its stages only: between
-// two of them a diode may conduct and block again. A step that has been on the other side in between, and ends on the side
-// where it began, is made again in shorter ones until one of them ends over there.
+// Crossings of such a border are not located, and the error estimate of a step sees its stages only: between two of them
+// a diode may conduct and block again. A step that ends on the side where it began, but was on the other side in between,
+// is repeated with shorter steps until one ends there.
 #pragma once
 
 #include <optional>

@@ -78,7 +78,7 @@ double jump_at(const Plan& plan, double t) {
   return next != plan.breaks.end() && *next <= t + near ? t - near : std::numeric_limits<double>::infinity();
 }
 
-/// x′ and z behind a jump of inputs: what a solution has at the time of a jump. Where the run ends, nothing has to go on.
+/// x′ and z after a jump of inputs, which are those of the solution at the time of the jump; not at the end of the run.
 void settle_behind(RungeKutta& engine, Point& point, bool at_end) {
   const Point before = point;
   try {

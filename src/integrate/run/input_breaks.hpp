@@ -11,11 +11,11 @@ class InputBreaks {
 
   /// A step over a jump or kink of a monitored input is taken back; the next ones end there.
   bool has_repeated_step();
-  /// Where an unknown jumps with an input, the errors of steps across are never small: they become shorter until none is
-  /// left between the last point and the jump. Then the run goes on behind it.
+  /// Has the step size shrunk in front of a jump? Where an unknown jumps with an input, no step across it has a small
+  /// error; steps become shorter until the last point is at the jump, and the run goes on after it.
   bool has_jumped_to_next(const Point& here);
-  /// Goes on behind a time at which inputs are not smooth, with steps of the size they had. True where an event ends the
-  /// run there.
+  /// Goes on after a time at which inputs are not smooth, with the same step size. True where an event ends the run
+  /// there.
   bool pass();
   /// Is there a break at `to`?
   bool are_at_end() const;

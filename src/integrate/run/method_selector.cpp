@@ -149,8 +149,8 @@ void MethodSelector::leave_explicit() {
   change(implicit(), next, "stiff: stability, not accuracy, limited the steps");
 }
 
-/// Explicit steps that stability limits to dt may yet be less work than implicit ones were: a slow part of a relaxation
-/// oscillation. If they go on, it is no part.
+/// Explicit steps that stability limits to dt may still be less work than implicit ones: on a slow part of a relaxation
+/// oscillation. If they last, it is not such a part.
 bool MethodSelector::is_known_to_cost_less(double dt) {
   constexpr double clearly = 1.5;
   constexpr long one_stretch = 25;  // steps
@@ -162,9 +162,9 @@ bool MethodSelector::is_known_to_cost_less(double dt) {
   return true;
 }
 
-/// Eigenvalues tell the steps that stability allows, not those that accuracy asks for, nor what z costs in each of them:
-/// an explicit method that has turned out to be more work than the implicit one before is left again. Where the latter
-/// was in a slow part of a relaxation oscillation, a jump may take more.
+/// Eigenvalues determine the steps that stability allows, not those that accuracy requires, nor what z costs in each: an
+/// explicit method that has taken more work than the implicit one before is left again. If that one was on a slow part of
+/// a relaxation oscillation, a jump may take more.
 void MethodSelector::judge_change() {
   constexpr double clearly = 1.2, jump = 40;  // explicit steps
   constexpr long first = 5, enough = 15;      // steps

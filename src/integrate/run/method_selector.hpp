@@ -43,8 +43,8 @@ class MethodSelector {
   /// For what is stiff from here on.
   const MethodFamily& implicit() const;
   double left() const;
-  /// Of the method in use so far, in explicit steps: passes over the nonzeros of the equations, a factorisation counting
-  /// as several; of large models counted in advance.
+  /// Work of the method in use so far, in explicit steps: passes over the nonzeros of the equations, where a
+  /// factorisation counts as several; for large models the work that StepWork has counted.
   double work();
 
   AdaptiveState& state_;

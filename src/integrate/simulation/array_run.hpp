@@ -1,4 +1,4 @@
-// Form "array": rows and states are chosen anew along the way.
+// Runs of form "array", whose rows and states are selected again along the solution.
 //
 // The rows of the derivative array that were chosen at one point need not determine the unknowns at another: a pendulum
 // with the height as its state stands still at the lowest point. After every step the Jacobian of the chosen rows is

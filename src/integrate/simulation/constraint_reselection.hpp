@@ -12,14 +12,14 @@
 
 namespace pendula::integrate {
 
-/// A model of lagrange or independent(), or a form of one, some constraints of which are left out since they follow from others.
+/// Is this a model of lagrange or independent(), or a form of one, without some constraints that follow from others?
 bool leaves_out_constraints(const dae::ModelPtr& model);
 
 /// As simulate(), which calls it.
 TrajectoryPtr simulate_rekeeping(const dae::ModelPtr& model, const Simulation& simulation);
 
-/// The same for a run with sensitivities, which goes on with the constraints that it begins with: it ends where these are
-/// nearly dependent, and says so.
+/// The same for a run with sensitivities, which keeps the constraints that it begins with: it ends where they are nearly
+/// dependent, and says so.
 TrajectoryPtr simulate_keeping(const dae::ModelPtr& model, const Simulation& simulation);
 
 }  // namespace pendula::integrate

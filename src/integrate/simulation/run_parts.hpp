@@ -15,8 +15,8 @@ Point start_point(const Problem& problem, const Simulation& simulation);
 /// Time, parameters and inputs of a start in the middle of the run.
 void set_conditions(const Simulation& simulation, double t, dae::StartRequest& request);
 
-/// Leaves of a model in the order x, x′, z as the expressions of another one: `open` are those that it does not contain,
-/// which have no value there.
+/// The leaves of a model, in the order x, x′, z, as expressions of another model; `open`: leaves that it does not
+/// contain, which have no value there.
 struct Meanings {
   std::vector<Expr> expressions;
   std::vector<Eigen::Index> open;
@@ -71,18 +71,18 @@ class SolutionInParts {
   const std::vector<Expr>& leaves() const { return pieces_->leaves(); }
   Solution& solution() { return *merged_; }
   const Stats& stats() const { return stats_; }
-  /// Tolerances of the run in the unknowns of a part with other states: what has become the derivative of one has none.
+  /// The tolerances of the run for a part with other states; a state that has become a derivative has none.
   ToleranceRequest tolerances_in(const dae::ModelPtr& part, const ToleranceRequest& asked) const;
-  /// The plan's stop_when of a part: `own`, or what the caller's plan asks for, in whose unknowns points are translated.
+  /// stop_when of a part: `own`, or that of the caller's plan, to whose unknowns points are translated.
   std::function<bool(const Point&)> stop_when(const dae::ModelPtr& part,
                                               std::function<bool(const Point&)> own);
-  /// Does a part that starts there go on where the last one has ended, in the states of the first model? Rows that are
-  /// nearly dependent may have another solution nearby. True where there is no part yet. A state may differ by a
-  /// hundredth of itself and a million tolerances, at most a hundredth of the usual size that these suppose.
+  /// Does a part that starts there continue the last one, in the states of the first model? Nearly dependent rows may have
+  /// another solution nearby. True where there is no part yet. A state may differ by a hundredth of itself plus a million
+  /// tolerances, but by no more than a hundredth of its usual size, as the tolerances imply it.
   bool continues_at(const dae::ConsistentState& start) const;
   /// Has the caller's plan ended the last part?
   bool is_stopped() const { return stopped_; }
-  /// Events with a number from `shown` on are not the user's. A time that is the end of a part belongs to the next one.
+  /// Events with numbers from `shown` on are not the user's. The end of a part belongs to the next one.
   void add(RunPart piece, std::size_t shown);
   TrajectoryPtr finish(const RunOutcome& outcome);
 

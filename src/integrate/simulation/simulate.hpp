@@ -17,8 +17,8 @@ struct BranchChoice {
   std::vector<std::pair<Expr, double>> derivatives;  ///< leaves of any order; empty: smoothly
 };
 
-/// What a caller of simulate() chooses anew along the way, which simulate() would do otherwise: the kept ones of redundant
-/// constraints (constraint_reselection.hpp), and states and rows, too (state_reselection.hpp, array_run.hpp).
+/// Which choices the caller of simulate() changes along the run; simulate() itself changes the others: which of redundant
+/// constraints are kept (constraint_reselection.hpp), which states and rows (state_reselection.hpp, array_run.hpp).
 enum class ChosenOutside { nothing, constraints, all };
 
 struct Simulation {

@@ -10,9 +10,9 @@
 
 namespace pendula::integrate {
 
-/// Looks at steps 8, 16, 32, … of models of index 0 and 1 with up to some hundred unknowns, where tolerances are tight; at
-/// step 1, 2, 4, … and at any tolerance where `everywhere`.
-/// The effect of rounding errors of a residual in a step is propagated by the linearised equations.
+/// The effect of rounding errors of the residuals, propagated by the linearised equations. Measured in steps 8, 16, 32, …
+/// of models of index 0 and 1 with up to some hundred unknowns, where tolerances are tight; in steps 1, 2, 4, … and at
+/// any tolerance where `everywhere`.
 class RoundingWatch {
  public:
   RoundingWatch(const Problem& problem, const Tolerances& tolerances, const std::vector<int>& variable_index,

@@ -43,14 +43,13 @@ class IncrementCheck {
 
   /// The residual F of the first iteration, at the last stage.
   void set_first(const double* F, std::ptrdiff_t stride);
-  /// A row without x′ whose Jacobian varies: its residual F is not half of the first one, nor known to be harmless. An
-  /// iteration with a matrix that is far too large there has not moved it, and calls that convergence.
+  /// Has a row without x′, whose Jacobian varies, a residual F that is neither half of its first one nor known to be
+  /// harmless? An iteration with a matrix that is far too large there makes tiny corrections, which look converged.
   bool stagnates(const double* F, std::ptrdiff_t stride) const;
-  /// After a correction with entries of the Jacobian at the unknowns y = (x, z), by which F is more than rounding of its
-  /// terms: entries of another point, where an exponential is huge, would call anything rounding.
+  /// The same after a correction, with entries of the Jacobian at y = (x, z), from which the rounding errors of F follow.
+  /// With entries of another point, where an exponential is huge, everything would count as rounding.
   bool stagnates(const double* F, const double* y, std::span<const double> entries) const;
-  /// F does not move the unknowns y visibly, by the Jacobian of that point: rounding of this size need not be looked at
-  /// in the next steps.
+  /// F moves no unknown visibly, by the Jacobian at y: residuals of this size are not checked in the next steps.
   void set_harmless(const double* F, const double* y, std::span<const double> entries);
   void accept();
 

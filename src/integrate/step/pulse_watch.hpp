@@ -32,18 +32,18 @@ class PulseWatch {
   /// A step from z to z_end; include() what z is between them.
   void begin(const Vec& z, const Vec& z_end);
   void include(const double* z);
-  /// Could something hide in this step? Where a z goes again, other than by rounding, over a quarter of what it has swung
-  /// by since the start, as in a sixth of a period. One that only goes on, as in a transient, hides nothing: between two
-  /// values that were not there before it would have to go back unseen. Of a z that has not swung yet nothing is known: it
-  /// is looked at in the first step in which it does. scale: the tolerances of (x, z).
+  /// Can the step hide a pulse of a z? Yes where z moves, by more than rounding, over a quarter of the range that it has
+  /// covered since the start (a sixth of a period). A z that only goes on, as in a transient, hides nothing: between two
+  /// new values it would have to return unseen. A z that has not moved yet is checked in the first step in which it does.
+  /// scale: the tolerances of (x, z).
   bool is_due(const std::vector<double>& scale) const;
-  /// The distance of z on the continuous extension from what the equations say there, in units of a tenth of its swing in
-  /// the step; 2 where they say nothing. missed_norm() has the integral of x′ of the equations less that of the extension,
-  /// in parts of dt, by Simpson's rule.
+  /// The distance of z of the continuous extension from z of the equations, in units of a tenth of the range of z in the
+  /// step; 2 where the equations have no solution. Integrates the difference of their x′ for missed_norm(), in parts of
+  /// dt, by Simpson's rule.
   double look(const Step& step, const Equations& equations);
-  /// What x misses by that in a step of size dt, in the tolerances `scale`. filter(missed, e): the error e of (x, z) that
-  /// the integral leaves where the equations are stiff, as the error estimate of the method has it, false where it has
-  /// none; asked only where h times the integral is visible.
+  /// The error of x by that integral in a step of size dt, in the tolerances `scale`. filter(missed, e): the error e of
+  /// (x, z) that is left of it where the equations are stiff, as in the error estimate of the method; false where there
+  /// is none. Called only where h times the integral is visible.
   double missed_norm(double dt, const std::vector<double>& scale,
                      const std::function<bool(const Vec&, std::vector<double>&)>& filter);
   /// The step counts.

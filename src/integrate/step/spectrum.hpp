@@ -26,9 +26,9 @@ struct Rates {
 ///           then all three are that norm
 std::optional<Rates> rates(RhsSolver& derivative, const Point& at, double harmless = 0);
 
-/// The largest |λ| along a solution by the power method, which goes on where the last point has left it (Sommeijer,
-/// Shampine & Verwer, ibid. §3.2): rates() for much less. Too small by some ten percent where it has not converged; of a
-/// complex pair it swings about |λ|.
+/// The largest |λ| along a solution by the power method, started with the vector of the last point (Sommeijer, Shampine
+/// & Verwer, ibid. §3.2); much cheaper than rates(). Too small by some ten percent where it has not converged; for a
+/// complex pair it oscillates about |λ|.
 class SpectralRadius {
  public:
   /// requires  x′ of `at` follows from its t and x

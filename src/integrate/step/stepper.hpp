@@ -66,8 +66,8 @@ class Stepper {
   /// The point at time t of the step. Index 1: with full detail x′ and z solve the equations there.
   virtual void interpolate(const StepView& step, double t, Detail detail, Point& out) = 0;
 
-  /// The last point inside a step has an error that the step to its end has not: equations that are frozen on one side of
-  /// a border may have a pole on the other, and a stage came near it.
+  /// The last interpolated point is less accurate than the end of its step: equations that are held on one side of a
+  /// border may have a pole on the other side, and a stage came near it.
   bool is_doubtful() const { return doubtful_; }
 
   /// The Runge–Kutta method of a step; none: another kind of method.
@@ -117,14 +117,14 @@ class Stepper {
     }
     return false;
   }
-  /// Of the error of a step to a point inside of one that was accepted, in tolerances: no shorter step of a smooth solution
-  /// has a larger one than 1.
+  /// Errors, in tolerances, up to which a shorter step into an accepted one is believed; of a smooth solution none
+  /// exceeds 1.
   static constexpr double largest_inside = 10;
   /// Rejections in a row after which a step may begin beside the equations.
   static constexpr int suspicious_failures = 4;
-  /// Equations without x′ hold within the tolerances, as far as a step could see; where they change by orders of magnitude
-  /// within a tolerance, no step begins there, however small. True, and x′ and z of here() are those of (t, x), where
-  /// that is another point.
+  /// Solves for x′ and z at (t, x) once more. A step satisfies equations without x′ within the tolerances only; where
+  /// these equations change by orders of magnitude within a tolerance, no step can begin there, however small. True
+  /// where here() has changed.
   bool settle_again(RhsSolver& rhs);
   /// |t ∂F/∂t| of every row, by a difference: what rounding of t does to the residuals. y = (x, z).
   std::vector<double> time_terms(double t, const double* y, const double* xdot);

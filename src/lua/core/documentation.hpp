@@ -3,8 +3,9 @@
 // open_documentation adds these functions to the environment of the stdlib; scripts do not see them:
 //
 //   include "file"                runs stdlib/file.lua and returns its result
-//   install(name, value)          gives a value the name of a row: "sin", "rk.gauss", "model:plot", "model#kind"
-//   install_lazy(name, function)  the same for an entry of a library; the function makes it when it is first read
+//   install(name, value)          gives a value the name of a row: "sin", "rk.gauss", "model:plot", …
+//   install_lazy(name, function)  the same for an entry of a library; the function makes it when it is first
+//                                 read
 //   named(name)                   what a row name stands for, or nil
 //   rows()                        a list of { name, sig, text, example, gives, module, title }: all C++ rows
 //   options_of(name)              the rows of options of a function of C++

@@ -24,8 +24,8 @@ class Running {
 /// The innermost Running state, or nullptr.
 lua_State* running_state();
 
-/// Ctrl-C has ended a computation at the prompt, and its part is going to be the result: the entry that called it goes on,
-/// to store or draw that, but neither into another round of a loop nor into another computation of this kind.
+/// Ctrl-C has ended a computation at the prompt, which returns its partial result. The entry that called it continues, to
+/// store or draw that, but starts neither another round of a loop nor another computation of this kind.
 /// level: where the entry stands on the stack. Clears interrupt_requested.
 void keep_part(lua_State* L, int level = 1);
 /// Throws Interrupted where an earlier part of the same entry was kept.

@@ -8,7 +8,7 @@
 namespace pendula::lua {
 
 /// A key as it is shown: names, numbers and objects by their text, others by their kind ("a function"), since an address
-/// tells nobody anything and differs from run to run.
+/// is meaningless and differs from run to run.
 std::string key_in_words(lua_State* L, int index);
 
 }  // namespace pendula::lua

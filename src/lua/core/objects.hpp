@@ -1,7 +1,7 @@
 // Objects in Lua: a userdata that shares ownership of an immutable C++ value, and one metatable per type name.
 //
 //   metatable = {
-//     __name = type, __metatable = type,              -- never reaches a script: getmetatable(object) is the type
+//     __name = type, __metatable = type,              -- a script sees getmetatable(object): the type
 //     __index, __newindex, __gc, __tostring, __concat,
 //     __add, …                                        -- rows "type:__add"
 //     [methods] = { name = function },                -- rows "type:name"

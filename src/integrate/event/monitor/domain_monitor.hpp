@@ -5,8 +5,8 @@
 //
 // That alone is no reason to stop: sin(x)/x is bounded, 1/x may stand in a branch that is not in force. The
 // residual F decides: on a straight line through the zero of g, at distances that shrink by 10⁻³ each time, a
-// pole of order k grows by 10³ᵏ; what is bounded, or grows like a logarithm, does not. What is bounded and has no limit,
-// such as cos(1/x), is no equation there either: its changes neither fade nor keep their sign.
+// pole of order k grows by 10³ᵏ; a bounded residual, or one that grows like a logarithm, does not. A bounded residual without limit,
+// such as cos(1/x), ends the run, too: its changes neither fade nor keep their sign.
 //
 // Where the equations are bounded and their derivatives are not, as of sin(a/b) where a and b vanish together, the
 // run goes on, but solutions that were closer than every tolerance may part from each other behind the zero.
