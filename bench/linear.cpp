@@ -1,5 +1,5 @@
-// Where dense, straight-line and KLU factorisations change places: integrate/solve/linear_solver.hpp takes its
-// limits from this table. Call: bench_linear [real|complex]
+// Where dense, straight-line and KLU factorisations change places: integrate/solve/linear_solver.hpp takes
+// its limits from this table. Call: bench_linear [real|complex]
 //
 // Per line: size, pattern and number of entries; µs for one factorisation and one solution by each method (a
 // refactorisation for KLU, with new values each time); for straight-line code also its instructions, the µs

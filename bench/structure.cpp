@@ -1,5 +1,5 @@
-// The road from equations to a structural analysis with verdict, on sparse models of n equations: linear in
-// n.
+// The road from equations to a structural analysis with verdict, on sparse models of
+// n equations: linear in n.
 //
 //   ladder      diodes and capacitors (docs/benchmarks.md): index 1, n blocks of one equation
 //   links       a planar chain of point masses: index 3, one block of n equations, J depends on the state

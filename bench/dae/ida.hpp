@@ -1,5 +1,5 @@
-// The peer: IDA of SUNDIALS on the same equations, with our compiled residual and exact Jacobian as its
-// callbacks.
+// The peer: IDA of SUNDIALS on the same equations, with our compiled residual and
+// exact Jacobian as its callbacks.
 #pragma once
 
 #include "integrate/problem/problem.hpp"

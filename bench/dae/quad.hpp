@@ -1,7 +1,7 @@
 // Reference values: collocation methods in quadruple precision on the equations of a model of index 0 or 1.
 //
-// Residuals, stages and sums have 33 digits. The corrections of Newton's iteration are solved for in doubles: what
-// they lack, the next iteration adds.
+// Residuals, stages and sums have 33 digits. The corrections of Newton's iteration are solved for in doubles:
+// what they lack, the next iteration adds.
 #pragma once
 
 #include <string>

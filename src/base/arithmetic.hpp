@@ -1,15 +1,17 @@
 // Products and sums of dense matrices, computed at once.
 //
-// Eigen's A * B + C is an expression: a type of its own for every formula, whose evaluation is compiled in every file
-// that writes it (half of what compiling linear systems took). Here the factors of * become views of memory and the
-// product is one of the functions below, which are compiled once; + and - of two matrices return a matrix. The numbers
-// are those that Eigen computes. Sums of vectors remain Eigen's: one pass, without memory.
+// Eigen's A * B + C is an expression: a type of its own for every formula, whose evaluation is compiled
+// in every file that writes it (half of what compiling linear systems took). Here the factors
+// of * become views of memory and the product is one of the functions below, which are compiled
+// once; + and - of two matrices return a matrix. The numbers are those that Eigen computes. Sums of
+// vectors remain Eigen's: one pass, without memory.
 //
-// A namespace with operators of its own (pendula::lti, pendula::dae) says `using arithmetic::operator*;` beside them.
-// A loop that must not allocate says `y.noalias() += A.lazyProduct(x)`.
+// A namespace with operators of its own (pendula::lti, pendula::dae) says `using arithmetic::operator*;`
+// beside them. A loop that must not allocate says `y.noalias() += A.lazyProduct(x)`.
 //
-// CAUTION: a product is a matrix and no longer an expression that refers to its factors: `auto r = A * B - c.col(0)`
-// refers to a matrix that is gone at the semicolon. Name the type (Vec, Mat) of what is computed from a product.
+// CAUTION: a product is a matrix and no longer an expression that refers to its factors: `auto
+// r = A * B - c.col(0)` refers to a matrix that is gone at the semicolon. Name the type (Vec, Mat) of
+// what is computed from a product.
 #pragma once
 
 #include <Eigen/Core>

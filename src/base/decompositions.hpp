@@ -1,6 +1,7 @@
 // Eigen's factorisations of dense matrices. Those of double and complex are compiled once, in
-// decompositions*.cpp: instantiating them in every file that uses them took half of a build. This holds for plain matrices
-// as arguments: solve(Vec(-r)) is compiled already, solve(-r) would be compiled anew, and everything below it.
+// decompositions*.cpp: instantiating them in every file that uses them took half of a build. This holds
+// for plain matrices as arguments: solve(Vec(-r)) is compiled already, solve(-r) would be compiled
+// anew, and everything below it.
 #pragma once
 
 #include "base/math.hpp"
@@ -13,13 +14,14 @@
 
 #include <complex>
 
-// What is used of a class; a whole class has products of its factors besides, which nobody asks for. `how` is `extern
-// template` here and `template` in decompositions*.cpp.
+// What is used of a class; a whole class has products of its factors besides, which nobody asks for. `how` is
+// `extern template` here and `template` in decompositions*.cpp.
 #define PENDULA_FACTORISATION(how, Class, Matrix)     \
   how Class<Matrix>::Class(const EigenBase<Matrix>&); \
   how Class<Matrix>& Class<Matrix>::compute(const EigenBase<Matrix>&);
 
-// Constructors and compute() are written in their classes, so that a compiler may look into them; the work is done here.
+// Constructors and compute() are written in their classes, so that a compiler may look
+// into them; the work is done here.
 #define PENDULA_IN_PLACE(how, Class, Matrix) \
   PENDULA_FACTORISATION(how, Class, Matrix)  \
   how void Class<Matrix>::computeInPlace();
@@ -74,8 +76,8 @@
   PENDULA_SPECTRUM(how, ComplexSchur, MatrixXcd, bool)           \
   PENDULA_SPECTRUM(how, ComplexEigenSolver, MatrixXcd, bool)
 
-// The kernels of products and triangular systems, of double and complex numbers (decompositions_spectral.cpp): every file
-// that multiplies two matrices would make its own.
+// The kernels of products and triangular systems, of double and complex numbers
+// (decompositions_spectral.cpp): every file that multiplies two matrices would make its own.
 #define PENDULA_PACKING(how, S, Order)                                                                   \
   how struct gemm_pack_lhs<S, Index, const_blas_data_mapper<S, Index, Order>, gebp_traits<S, S>::mr,     \
                            gebp_traits<S, S>::LhsProgress, gebp_traits<S, S>::LhsPacket4Packing, Order>; \

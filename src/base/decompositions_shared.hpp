@@ -1,5 +1,5 @@
-// What Eigen's factorisations are made of, compiled once for the files decompositions_*.cpp: Householder's reflections, one
-// by one and in blocks. Those of double are instantiated in decompositions_factors.cpp.
+// What Eigen's factorisations are made of, compiled once for the files decompositions_*.cpp: Householder's
+// reflections, one by one and in blocks. Those of double are instantiated in decompositions_factors.cpp.
 #pragma once
 
 #include "base/decompositions.hpp"

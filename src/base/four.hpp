@@ -1,6 +1,7 @@
 #pragma once
-// Two, four or eight neighbouring doubles as one SIMD value, for loops that compilers leave scalar. Memory is read and written through
-// load() and store() only, which accept any address; the value itself is aligned as the compiler likes.
+// Two, four or eight neighbouring doubles as one SIMD value, for loops that compilers leave scalar. Memory
+// is read and written through load() and store() only, which accept any address; the value itself is
+// aligned as the compiler likes.
 
 namespace pendula {
 

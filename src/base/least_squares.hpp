@@ -1,7 +1,7 @@
-// Minimises a sum of squares, or another smooth function with a positive semidefinite model of its curvature,
-// by Gauss–Newton steps in a trust region: the Levenberg–Marquardt method in the form of Moré (Numerical
-// Analysis, Dundee 1977, Lecture Notes in Mathematics 630; Nocedal & Wright, Numerical Optimization, 2nd ed.,
-// §10.3).
+// Minimises a sum of squares, or another smooth function with a positive semidefinite model of its
+// curvature, by Gauss–Newton steps in a trust region: the Levenberg–Marquardt method in the form of Moré
+// (Numerical Analysis, Dundee 1977, Lecture Notes in Mathematics 630; Nocedal & Wright, Numerical
+// Optimization, 2nd ed., §10.3).
 //
 // At θ the function is V(θ + p) ≈ V + (Rᵀq)ᵀp + ½‖R p‖². A step solves
 //     min ½‖R p + q‖²   subject to  ‖D p‖ ≤ Δ,     D = the largest column norms of R so far,
@@ -10,8 +10,8 @@
 // minimum the steps are plain Gauss–Newton steps.
 //
 // Where the steps do not shrink for long, the curvature that JᵀJ leaves out (Σ r ∇²r) is not small: from then
-// on R comes from BFGS updates of the last curvature with the gradients (Fletcher & Xu, IMA J. Numer. Anal. 7,
-// 1987), and convergence is superlinear again.
+// on R comes from BFGS updates of the last curvature with the gradients (Fletcher & Xu, IMA J. Numer. Anal.
+// 7, 1987), and convergence is superlinear again.
 //
 // Stopping. A full step promises the decrease P = ½‖q‖². V is known to a relative error `noise` only, so a
 // promise P ≤ noise·V cannot be checked by V any more: from there on a step is accepted while the steps

@@ -28,8 +28,9 @@ struct WordsHash {
   }
 };
 
-/// How the finder of an answer comes to refer to the expressions in it: by their windows (Origins), which are also those
-/// of the call that stored it; or because the finder touches them, if there are others than those in the key.
+/// How the finder of an answer comes to refer to the expressions in it: by their windows (Origins),
+/// which are also those of the call that stored it; or because the finder touches them, if there
+/// are others than those in the key.
 enum class Refers { by_windows, by_touch };
 
 template <class Key, class Value, class Hash = std::hash<Key>, Refers refers = Refers::by_windows>

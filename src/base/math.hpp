@@ -1,4 +1,5 @@
-// The numerical aliases used everywhere: dense column vectors and matrices of double, and how they are multiplied.
+// The numerical aliases used everywhere: dense column vectors and matrices of
+// double, and how they are multiplied.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,10 +1,10 @@
-// What outlives a call of the library and refers to expressions: how it is forgotten, and how it is known which
-// expressions it refers to.
+// What outlives a call of the library and refers to expressions: how it is forgotten, and how it is known
+// which expressions it refers to.
 //
-// Expressions have no owner. They are made in windows of time (Memory in expr/graph/graph.hpp), and a call can
-// get hold of one in four ways only: it makes or asks for it, in the window of the call; it reads an object of
-// Lua or a remembered answer, which knows its windows; or it goes on to operands. So the windows of what a call
-// has read, and its own, are those of all that it makes.
+// Expressions have no owner. They are made in windows of time (Memory in expr/graph/graph.hpp), and a call
+// can get hold of one in four ways only: it makes or asks for it, in the window of the call; it reads an
+// object of Lua or a remembered answer, which knows its windows; or it goes on to operands. So the windows of
+// what a call has read, and its own, are those of all that it makes.
 #pragma once
 
 #include <algorithm>

@@ -16,8 +16,8 @@ class ChildEnded : public Failure {
   using Failure::Failure;
 };
 
-/// The matrices that `work` returns. With more than some 0.2 s of floating-point `operations`, `work` runs in a
-/// child process that Ctrl-C ends; where there can be none (--safe), and with less, it runs here.
+/// The matrices that `work` returns. With more than some 0.2 s of floating-point `operations`, `work` runs in
+/// a child process that Ctrl-C ends; where there can be none (--safe), and with less, it runs here.
 ///
 /// requires  what `work` changes besides is not needed: it changes it in the child
 /// throws    what `work` throws, if Error, Failure or std::bad_alloc; ChildEnded; Interrupted

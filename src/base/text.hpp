@@ -31,8 +31,8 @@ std::string join(const std::vector<std::string>& parts, std::string_view separat
 std::string subscript(long value);
 std::string superscript(long value);
 
-/// Aligned columns, two blanks apart, no trailing blanks. Rows may differ in length. `right[j]`: column j is
-/// right-aligned.
+/// Aligned columns, two blanks apart, no trailing blanks. Rows may differ in length.
+/// `right[j]`: column j is right-aligned.
 class Table {
  public:
   explicit Table(std::vector<bool> right = {}) : right_(std::move(right)) {}

@@ -6,8 +6,8 @@
 
 namespace pendula {
 
-/// The bytes of the well-formed character at the beginning: 1 … 4, or 0 if there is none (RFC 3629; Unicode 15, table
-/// 3-7). Requires a text that is not empty.
+/// The bytes of the well-formed character at the beginning: 1 … 4, or 0 if there is none (RFC 3629; Unicode
+/// 15, table 3-7). Requires a text that is not empty.
 std::size_t utf8_sequence(std::string_view s);
 
 /// The place of the first byte that is no part of a well-formed character; size(): all are.

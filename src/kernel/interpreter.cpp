@@ -46,7 +46,8 @@ class Interpreter final : public xeus::xinterpreter {
   Interpreter();
   ~Interpreter() override;
 
-  /// Hands on what a cell shows: "stdout" and a text, "display" or "result" and an object from MIME type to text.
+  /// Hands on what a cell shows: "stdout" and a text, "display" or "result" and an
+  /// object from MIME type to text.
   void publish(const std::string& kind, nl::json what);
 
  private:

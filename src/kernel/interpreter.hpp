@@ -7,8 +7,8 @@
 
 namespace pendula::kernel {
 
-/// One session. SIGINT must be blocked in every thread before the kernel starts (a signal while it waits for a
-/// message ends xeus); a cell lets it through while it runs, and is stopped by it. Throws std::exception.
+/// One session. SIGINT must be blocked in every thread before the kernel starts (a signal while it waits for
+/// a message ends xeus); a cell lets it through while it runs, and is stopped by it. Throws std::exception.
 std::unique_ptr<xeus::xinterpreter> make_interpreter();
 
 }  // namespace pendula::kernel

@@ -75,8 +75,8 @@ class Solver {
     qr.compute(J_ * scale_.cwiseInverse().asDiagonal());
     return static_cast<int>(qr.rank());
   }
-  /// Steps become small where unknowns have lost their influence, though ‖R‖ is larger than at the start or the
-  /// iterates are far away.
+  /// Steps become small where unknowns have lost their influence, though ‖R‖ is larger than at the
+  /// start or the iterates are far away.
   bool has_run_away() const {
     constexpr double far = 1e6, larger = 1.001;
     if (!(R_.norm() > larger * run_.norm.front()) && !(x_.norm() > far * (1 + run_.x.front().norm())))

@@ -72,8 +72,8 @@ GaussNewtonRun gauss_newton(const NumericFunction& R, const GaussNewtonSettings&
 std::string gauss_newton_text(const NumericFunction& R, const GaussNewtonSettings& settings,
                               const GaussNewtonRun& run);
 
-/// The verdict of a finished run: rate and its reason, or why it did not converge, and what is not
-/// determined.
+/// The verdict of a finished run: rate and its reason, or why it did not converge,
+/// and what is not determined.
 std::string gauss_newton_verdict(const NumericFunction& R, const GaussNewtonRun& run);
 
 /// Directions that the data leave undetermined: "(a, b) can move along (1, -1) …; only a + b is determined".

@@ -117,8 +117,8 @@ class Iteration {
     return false;
   }
 
-  /// The period of a cycle that the last iterates run through (the map x ↦ x₊ is the same in every
-  /// iteration).
+  /// The period of a cycle that the last iterates run through (the map x ↦ x₊ is the
+  /// same in every iteration).
   int period() const {
     const auto k = static_cast<int>(run_.x.size());  // x_ is iterate k, not recorded yet
     const double close = 1e-10 * (1 + x_.norm());

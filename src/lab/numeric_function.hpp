@@ -57,8 +57,8 @@ struct Conditioning {
   Vec combination;                   ///< m: the combination of rows that depends least on x, largest 1
   double condition() const;          ///< largest / smallest, infinite if singular
 };
-/// `scale`: the sizes that count as large, entry by entry (at a singular root J itself has become small);
-/// default |J|.
+/// `scale`: the sizes that count as large, entry by entry (at a singular root J itself
+/// has become small); default |J|.
 Conditioning conditioning(const Mat& J, const Mat& scale = {});
 
 }  // namespace pendula::lab

@@ -7,8 +7,8 @@
 
 namespace pendula::lab {
 
-/// An error is measured while it is this many times its noise, so that four digits of a ratio are not
-/// rounding.
+/// An error is measured while it is this many times its noise, so that four digits
+/// of a ratio are not rounding.
 inline constexpr double above_noise = 1e4;
 
 struct Observed {

@@ -99,8 +99,8 @@ Resolvent of_symbols(const MatX& A, const MatX& B, const MatX& C) {
 
 std::string roots_text(const Polynomial& p, const char* variable) { return "(" + to_text(p, variable) + ")"; }
 
-/// Leading coefficients c A^{k-1} b of a numerator that are rounding errors of the entries become 0: smaller than 64 ε
-/// of the same product of absolute values. Behind the first one that is not, nothing is changed.
+/// Leading coefficients c A^{k-1} b of a numerator that are rounding errors of the entries become 0: smaller
+/// than 64 ε of the same product of absolute values. Behind the first one that is not, nothing is changed.
 void drop_rounding(Polynomial& num, const StateSpace& g, Index i, Index j) {
   if (!g.D(i, j).is_zero()) return;
   const Mat A = numbers(g.A).cwiseAbs();

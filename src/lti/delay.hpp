@@ -1,9 +1,10 @@
-// Linear systems with delays: a rational system G whose last k inputs are its last k outputs of some time ago,
+// Linear systems with delays: a rational system G whose last k inputs are its last k
+// outputs of some time ago,
 //
 //   [y; z] = G [u; w],  w_i(t) = z_i(t - τ_i),   G(s) = G₁₁ + G₁₂ Θ (I - G₂₂ Θ)⁻¹ G₂₁,  Θ = diag(e^{-τ_i s})
 //
-// (Skogestad & Postlethwaite, Multivariable Feedback Control, 2nd ed., §3.8, linear fractional transformations). A
-// rational system times one delay is kept as such, also where it is improper.
+// (Skogestad & Postlethwaite, Multivariable Feedback Control, 2nd ed., §3.8, linear fractional
+// transformations). A rational system times one delay is kept as such, also where it is improper.
 #pragma once
 
 #include "lti/frequency.hpp"
@@ -49,12 +50,12 @@ Margins margins(const DelaySystem& g);
 
 /// Every delay as a Padé approximant of this order.
 System rational(const DelaySystem& g, int order);
-/// Zero-order hold, exact: the inputs that are under way become states (Åström & Wittenmark, Computer-Controlled
-/// Systems, 3rd ed., §3.3). Throws Error where the delay lies in a loop, or G is improper
+/// Zero-order hold, exact: the inputs that are under way become states (Åström & Wittenmark,
+/// Computer-Controlled Systems, 3rd ed., §3.3). Throws Error where the delay lies in a loop, or G is improper
 System sampled(const DelaySystem& g, double Ts);
 
-/// Responses in time from rest, by the method of steps: between the times at which a jump can arrive, collocation
-/// at eight Gauss points (order 16), delayed signals by interpolation at them.
+/// Responses in time from rest, by the method of steps: between the times at which a jump can arrive,
+/// collocation at eight Gauss points (order 16), delayed signals by interpolation at them.
 Response step(const DelaySystem& g, const Vec& t);
 /// u(t) is smooth except at `corners`.
 Response simulate(const DelaySystem& g, const std::function<Vec(double)>& u, const Vec& t,

@@ -13,7 +13,8 @@ namespace {
 
 constexpr int widest = 24;  // states, inputs or outputs that are written out
 
-/// A constant as it is, or rounded where it is a decimal number or its text is longer than the digits that fit.
+/// A constant as it is, or rounded where it is a decimal number or its text is
+/// longer than the digits that fit.
 std::string number_text(Expr e, bool decimals, int digits = 10) {
   std::string exact = pendula::to_text(e);
   const bool fits = display_width(exact) <= digits + 2;

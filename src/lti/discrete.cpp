@@ -68,8 +68,8 @@ MatX in_units(MatX M, const Vec& d) {
   return M;
 }
 
-/// M⁻¹, computed in the units of the states in which M is balanced: the companion matrix of a transfer function in
-/// nanoseconds has entries 1e9ⁿ apart.
+/// M⁻¹, computed in the units of the states in which M is balanced: the companion matrix of a transfer
+/// function in nanoseconds has entries 1e9ⁿ apart.
 std::optional<MatX> inverse(const MatX& M) {
   if (field(M) == Field::symbolic) return solve(M, identity(M.rows()));
   const Vec d = linalg::balancing(numbers(M));
@@ -111,9 +111,9 @@ Complex product_at(Complex s, const std::vector<std::pair<Expr, Expr>>& roots) {
   return p;
 }
 
-/// Every pole and zero goes to e^{s Ts}, all but one of the zeros at infinity to -1; the gain is that of G at s = 0,
-/// or at the first multiple of 0.1/Ts that is neither pole nor zero (Franklin, Powell & Workman, Digital Control
-/// of Dynamic Systems, 3rd ed., §6.2).
+/// Every pole and zero goes to e^{s Ts}, all but one of the zeros at infinity to -1; the gain is that of G at
+/// s = 0, or at the first multiple of 0.1/Ts that is neither pole nor zero (Franklin, Powell & Workman,
+/// Digital Control of Dynamic Systems, 3rd ed., §6.2).
 System by_matching(const System& given, double Ts) {
   if (!given.siso()) throw Error("\"matched\" is for one input and one output; choose G:channel(i, j)");
   const Factored f = to_zpk(with_numbers(given)).zpk[0];
@@ -141,8 +141,8 @@ System by_matching(const System& given, double Ts) {
   return converted;
 }
 
-/// Every pulse train Ts g(k Ts) with G proper has the factor z (partial fractions give z/(z - e^{p Ts})): what else
-/// stands at the end of a numerator is rounding.
+/// Every pulse train Ts g(k Ts) with G proper has the factor z (partial fractions give z/(z - e^{p Ts})):
+/// what else stands at the end of a numerator is rounding.
 System with_zeros_at_the_origin(System h) {
   for (Fraction& f : h.tf)
     if (!f.num.empty()) {

@@ -110,8 +110,8 @@ Expr even_root(Expr e) {
   return simplify(sqrt(e));
 }
 
-/// e^{At} = e^{μt} (cos(ωt) I + sin(ωt)/ω (A - μI)), μ = tr A/2, ω² = det A - μ²; with cosh and sinh where ω²
-/// < 0.
+/// e^{At} = e^{μt} (cos(ωt) I + sin(ωt)/ω (A - μI)), μ = tr A/2, ω² = det A - μ²;
+/// with cosh and sinh where ω² < 0.
 std::optional<MatX> two_by_two(const MatX& A, Expr t) {
   const Expr mu = simplify((A(0, 0) + A(1, 1)) / 2);
   const Expr square = simplify(A(0, 0) * A(1, 1) - A(0, 1) * A(1, 0) - mu * mu);
@@ -158,9 +158,9 @@ std::optional<MatX> exponential(const MatX& A) {
 
 namespace {
 
-/// A particular solution of x′ = A x + b g(t) for one group of exponentials, sines and cosines with symbolic
-/// rates: from the highest power down (aI - A) Pₖ + ω Qₖ = b pₖ - (k+1) Pₖ₊₁, (aI - A) Qₖ - ω Pₖ = b qₖ -
-/// (k+1) Qₖ₊₁.
+/// A particular solution of x′ = A x + b g(t) for one group of exponentials, sines and cosines with
+/// symbolic rates: from the highest power down (aI - A) Pₖ + ω Qₖ = b pₖ - (k+1) Pₖ₊₁, (aI - A)
+/// Qₖ - ω Pₖ = b qₖ - (k+1) Qₖ₊₁.
 VecX particular(const MatX& A, const VecX& b, const dae::ForcingGroup& g) {
   const Index n = A.rows();
   MatX M = MatX::Zero(2 * n, 2 * n), last = MatX::Zero(2 * n, 1);
@@ -226,8 +226,8 @@ bool is_number(Expr e) {
                      [](Expr x) { return symbol_of(x).kind == Kind::constant; });
 }
 
-/// Where inputs switch: the c > 0 of conditions lt(t, c), ascending; nothing without ifelse, or where it asks for
-/// something else.
+/// Where inputs switch: the c > 0 of conditions lt(t, c), ascending; nothing without ifelse, or
+/// where it asks for something else.
 std::optional<std::vector<Expr>> switching_times(const VecX& u) {
   std::vector<Expr> times;
   bool switches = false;

@@ -18,8 +18,8 @@ double sampling(const System& g) { return g.continuous() ? 0 : number(g.Ts); }
 
 Complex point(double w, double Ts) { return Ts > 0 ? std::polar(1.0, w * Ts) : Complex(0, w); }
 
-/// Many values of one system: state spaces by the complex Schur form, O(n²) per frequency, fractions by
-/// Horner's rule.
+/// Many values of one system: state spaces by the complex Schur form, O(n²) per
+/// frequency, fractions by Horner's rule.
 class Evaluator {
  public:
   explicit Evaluator(const System& given) : g_(with_numbers(given)), Ts_(sampling(g_)) {
@@ -168,8 +168,8 @@ Vec phase(const ComplexVec& G) {
 
 namespace {
 
-/// arg(at(ω) - z) relative to ω = 0, for a zero or pole z that is not there itself. Roots on the axis (circle)
-/// count as stable ones.
+/// arg(at(ω) - z) relative to ω = 0, for a zero or pole z that is not there itself. Roots on the axis
+/// (circle) count as stable ones.
 double turn(Complex z, double w, double Ts) {
   constexpr double on_axis = 1e-9;
   if (Ts == 0) {
@@ -341,8 +341,8 @@ double peak_at(const Evaluator& at, double w) {
   return G.size() == 0 ? 0 : Eigen::JacobiSVD<ComplexMat>(G).singularValues()[0];
 }
 
-/// Frequencies at which a singular value of G(iω) equals gamma: imaginary eigenvalues of the Hamiltonian
-/// matrix.
+/// Frequencies at which a singular value of G(iω) equals gamma: imaginary
+/// eigenvalues of the Hamiltonian matrix.
 std::vector<double> level_frequencies(const System& g, double gamma) {
   const Mat A = numbers(g.ss.A), B = numbers(g.ss.B), C = numbers(g.ss.C), D = numbers(g.ss.D);
   const Mat R = gamma * gamma * Mat::Identity(g.inputs, g.inputs) - D.transpose() * D;

@@ -21,9 +21,10 @@ struct FrequencyResponse {
 FrequencyResponse frequency_response(const System& g, const Vec& w);
 /// Degrees, unwrapped along the points of one curve, beginning in (-180, 180].
 Vec phase(const ComplexVec& G);
-/// Degrees of one channel on the sheet that its poles and zeros give: at low frequencies 0 or ±180 minus 90 per
-/// integrator (1/s²: -180; a negative static gain: +180, or -180 where an odd number of poles is unstable), then
-/// continuous in ω, whatever the distance of the frequencies. Systems of more than 60 states: unwrapped.
+/// Degrees of one channel on the sheet that its poles and zeros give: at low frequencies 0 or ±180
+/// minus 90 per integrator (1/s²: -180; a negative static gain: +180, or -180 where an odd number of
+/// poles is unstable), then continuous in ω, whatever the distance of the frequencies. Systems of
+/// more than 60 states: unwrapped.
 Vec phase(const FrequencyResponse& r, int i, int j);
 inline Vec decibels(const ComplexVec& G) { return 20 * G.cwiseAbs().array().log10(); }
 

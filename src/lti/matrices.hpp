@@ -3,9 +3,9 @@
 // A matrix is exact (all entries rational), numeric (constants, at least one known as a double only) or
 // symbolic. Exact matrices stay exact; numeric ones are worked on in doubles; symbolic ones on the graph.
 //
-// Measured numbers above 10⁹ have so few digits behind the point that every one is the rational number of some
-// denominator (1136700163.0743). Rationals without a common denominator of 256 bits are therefore numeric: fractions
-// that someone wrote have one, and exact work on others takes minutes and shows nothing.
+// Measured numbers above 10⁹ have so few digits behind the point that every one is the rational number of
+// some denominator (1136700163.0743). Rationals without a common denominator of 256 bits are therefore
+// numeric: fractions that someone wrote have one, and exact work on others takes minutes and shows nothing.
 #pragma once
 
 #include <complex>
@@ -38,8 +38,8 @@ MatX block_diagonal(const MatX& a, const MatX& b);
 MatX scaled(Expr factor, const MatX& m);
 /// Symbolic entries simplified.
 MatX tidy(const MatX& m);
-/// x with a x = b, exact up to 40 rows; nothing where a is singular (symbolic: for all values of the
-/// symbols).
+/// x with a x = b, exact up to 40 rows; nothing where a is singular (symbolic: for
+/// all values of the symbols).
 std::optional<MatX> solve(const MatX& a, const MatX& b);
 
 /// Doubles as constants; -0 is 0.
@@ -52,8 +52,8 @@ MatX rounded(const MatX& m);
 double number(Expr e);
 Mat numbers(const MatX& m);
 
-/// The default values of the parameters in `all`. Throws Error that names a parameter without value, or
-/// another symbol
+/// The default values of the parameters in `all`. Throws Error that names a parameter
+/// without value, or another symbol
 Substitution defaults(std::span<const Expr> all);
 
 }  // namespace pendula::lti

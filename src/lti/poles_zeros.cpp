@@ -29,8 +29,8 @@ std::vector<dae::Mode> eigenvalues(const Mat& given) {
   if (given.rows() == 0) return list;
   const Mat m = linalg::similar(given, linalg::balancing(given));
   const auto e = linalg::eigensystem(m);
-  // Parts below the backward error of the eigenvalue iteration are rounding: a pole on the axis is printed
-  // there.
+  // Parts below the backward error of the eigenvalue iteration are rounding: a pole
+  // on the axis is printed there.
   const double rounding =
       4 * static_cast<double>(m.rows()) * std::numeric_limits<double>::epsilon() * m.norm();
   for (Index k = 0; k < e.re.size(); ++k) {
@@ -147,8 +147,8 @@ Quadruple<M> core(const Quadruple<M>& s, double tol) {
 /// A power of two near x > 0, else 1.
 double power_of_two(double x) { return x > 0 ? std::exp2(std::round(std::log2(x))) : 1; }
 
-/// The same system in units of time, states, inputs and outputs in which all entries are near 1, so that one tolerance
-/// fits them; s = unit·s̃.
+/// The same system in units of time, states, inputs and outputs in which all entries are near 1, so that one
+/// tolerance fits them; s = unit·s̃.
 Quadruple<Mat> in_units(Quadruple<Mat> q, double& unit) {
   const Vec d = linalg::balancing(q.A);
   q.A = linalg::similar(q.A, d);

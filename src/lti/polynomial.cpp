@@ -20,8 +20,8 @@ Polynomial trimmed(Polynomial p) {
   return p;
 }
 
-/// The degree of gcd(a, b) at a random point modulo a prime: that of the gcd with symbolic coefficients,
-/// almost surely.
+/// The degree of gcd(a, b) at a random point modulo a prime: that of the gcd with
+/// symbolic coefficients, almost surely.
 std::size_t generic_gcd_size(const Polynomial& a, const Polynomial& b) {
   Polynomial both = a;
   both.insert(both.end(), b.begin(), b.end());
@@ -69,9 +69,9 @@ double distance_to_others(const Eigen::VectorXcd& zeros, Index i) {
   return least;
 }
 
-/// Newton from an eigenvalue that may have lost all its digits beside much larger ones (1 - 10⁸ s + s²: 7.5e-9
-/// in place of 1e-8). What it finds counts where it lies nearer than a third of the way to the next eigenvalue;
-/// else the start is the answer.
+/// Newton from an eigenvalue that may have lost all its digits beside much larger ones (1 - 10⁸ s + s²:
+/// 7.5e-9 in place of 1e-8). What it finds counts where it lies nearer than a third of the way to the next
+/// eigenvalue; else the start is the answer.
 std::complex<long double> isolated_zero(const std::vector<double>& p, std::complex<long double> start,
                                         double distance) {
   const auto allowed = static_cast<long double>(distance) / 3;

@@ -76,9 +76,9 @@ class Hold {
   Mat Phi_, G1_, G2_;
 };
 
-/// x(t + h) = e^{Ah} x + ∫ e^{A(h-τ)} B u(τ) dτ with the polynomial of degree 4 through five Gauss nodes in the place
-/// of u, on pieces of a step. The polynomial is integrated exactly, by one exponential of [A B; 0 N] with a
-/// nilpotent N: stiff modes need no short pieces.
+/// x(t + h) = e^{Ah} x + ∫ e^{A(h-τ)} B u(τ) dτ with the polynomial of degree 4 through five Gauss nodes in
+/// the place of u, on pieces of a step. The polynomial is integrated exactly, by one exponential of [A B; 0
+/// N] with a nilpotent N: stiff modes need no short pieces.
 class Quadrature {
  public:
   explicit Quadrature(const Numbers& s) : s_(s) {}
@@ -243,8 +243,8 @@ Vec response_times(const System& given, std::optional<double> to) {
 
 namespace {
 
-/// Rise, overshoot and settling belong to the system: those of a run that was asked for at few times, or that ends
-/// early, are read at the times of response_times.
+/// Rise, overshoot and settling belong to the system: those of a run that was asked for at few times, or that
+/// ends early, are read at the times of response_times.
 Vec times_of_facts(const System& g, const Vec& t) {
   const System values = with_numbers(g);
   if (!std::isfinite(horizon(values, g.continuous() ? 0 : number(values.Ts)).end)) return t;

@@ -24,15 +24,15 @@ Vec response_times(const System& g, std::optional<double> to = {});
 /// The input j = 1 from t = 0 on, the others 0; zero initial state. Times may begin later. Throws Error on
 /// negative times (and those below: what happens at t = 0)
 Response step(const System& g, const Vec& t);
-/// The input j = δ(t): x(0⁺) = B eⱼ; a direct feedthrough adds D δ(t), which is left out. In discrete time u₀
-/// = 1/Ts·Ts = 1.
+/// The input j = δ(t): x(0⁺) = B eⱼ; a direct feedthrough adds D δ(t), which is left out. In
+/// discrete time u₀ = 1/Ts·Ts = 1.
 Response impulse(const System& g, const Vec& t);
 Response initial(const System& g, const Vec& x0, const Vec& t);
 
 /// Inputs known at the times only: between them straight lines, or constant (hold). One row of u per time.
 Response simulate(const System& g, const Mat& u, const Vec& t, const Vec& x0, bool hold);
-/// Inputs known everywhere: between two times u is the polynomial through five Gauss nodes, on pieces no longer than
-/// 1/‖A‖ or a thousandth of the step; its response is exact, also of stiff systems.
+/// Inputs known everywhere: between two times u is the polynomial through five Gauss nodes, on pieces no
+/// longer than 1/‖A‖ or a thousandth of the step; its response is exact, also of stiff systems.
 Response simulate(const System& g, const std::function<Vec(double)>& u, const Vec& t, const Vec& x0);
 
 std::string describe(const Response& r);

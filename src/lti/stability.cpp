@@ -1,5 +1,6 @@
-// Stability. Exact numbers are decided exactly: how many zeros of the characteristic polynomial lie on each side of the
-// axis (or circle) follows from Sturm's chains over the rationals; numbers known to rounding only say so.
+// Stability. Exact numbers are decided exactly: how many zeros of the characteristic polynomial lie
+// on each side of the axis (or circle) follows from Sturm's chains over the rationals; numbers
+// known to rounding only say so.
 #include <algorithm>
 #include <cmath>
 
@@ -63,8 +64,8 @@ int sign_at(const Rationals& p, int where) {
   return sign(p.back()) * (where < 0 && p.size() % 2 == 0 ? -1 : 1);
 }
 
-/// Changes of sign along Sturm's chain a, b, -rem(a, b), …: from one place to another (-1: -∞, 0, 1: ∞) the number
-/// falls by Cauchy's index of b/a (Gantmacher, The Theory of Matrices II, §XV.2).
+/// Changes of sign along Sturm's chain a, b, -rem(a, b), …: from one place to another (-1: -∞, 0, 1: ∞) the
+/// number falls by Cauchy's index of b/a (Gantmacher, The Theory of Matrices II, §XV.2).
 int cauchy_index(Rationals a, Rationals b, int from, int to) {
   int index = 0, last_from = 0, last_to = 0;
   const auto count = [&](const Rationals& p) {
@@ -101,8 +102,8 @@ struct Sides {
   int right = 0, on = 0;
 };
 
-/// Zeros that lie symmetric to the axis are those of gcd(p(s), p(-s)), a polynomial in s²; of what is left none lies on
-/// the axis, and Cauchy's index along it counts the others (Gantmacher, §XV.3).
+/// Zeros that lie symmetric to the axis are those of gcd(p(s), p(-s)), a polynomial in s²; of what is left
+/// none lies on the axis, and Cauchy's index along it counts the others (Gantmacher, §XV.3).
 Sides sides(Rationals p) {
   Sides all;
   while (p.size() > 1 && p.front() == 0) {
@@ -179,8 +180,8 @@ std::string mode_text(const dae::Mode& m) {
 
 enum class Place { inside, on, outside };
 
-/// Where every pole lies: by the exact numbers of poles where they are known, those farthest to the right first; else
-/// within rounding, 1e-10 relative, of the axis or circle.
+/// Where every pole lies: by the exact numbers of poles where they are known, those farthest to the right
+/// first; else within rounding, 1e-10 relative, of the axis or circle.
 std::vector<Place> places(const std::vector<dae::Mode>& list, const std::optional<Sides>& known,
                           bool continuous) {
   const auto distance = [&](const dae::Mode& m) {

@@ -162,7 +162,8 @@ Reach reach(const System& g, bool controllability) {
 
 Complex value_of(const std::pair<Expr, Expr>& root) { return {number(root.first), number(root.second)}; }
 
-/// Whatever the unit of time: relative to their size, and equal where both are rounding beside the largest root.
+/// Whatever the unit of time: relative to their size, and equal where both are
+/// rounding beside the largest root.
 bool near(Complex x, Complex y, double tol, double largest) {
   const double size = std::max(std::abs(x), std::abs(y));
   return std::abs(x - y) <= tol * size || size <= tol * tol * largest;
@@ -354,8 +355,8 @@ Mat schur_lyapunov(const Mat& A, const Mat& Q, bool continuous, const Vec& d) {
                    F = U.adjoint() * scaled * U;
   ComplexMat Y = ComplexMat::Zero(n, n);
   const double smallest = 1e-14 * T.norm();
-  // Columns from the right: in A P + P Aᴴ + Q = 0 with T upper triangular, (T + t̄ⱼⱼ I) yⱼ = -fⱼ - Σ_{k>j} t̄ⱼₖ
-  // yₖ.
+  // Columns from the right: in A P + P Aᴴ + Q = 0 with T upper triangular, (T + t̄ⱼⱼ
+  // I) yⱼ = -fⱼ - Σ_{k>j} t̄ⱼₖ yₖ.
   for (Index j = n; j-- > 0;) {
     ComplexVec right = -F.col(j);
     ComplexMat M = T;
@@ -389,8 +390,8 @@ double entrywise_residual(const Mat& A, const Mat& Q, const Mat& P, bool continu
   return (size.array() > 0).select(residual.cwiseAbs().cwiseQuotient(size), 0).maxCoeff();
 }
 
-/// In units in which A is balanced; where small entries of A are rounding (poles at 0) these are no units, and those
-/// that were given are better.
+/// In units in which A is balanced; where small entries of A are rounding (poles at 0) these are no units,
+/// and those that were given are better.
 Mat numeric_lyapunov(const Mat& A, const Mat& Q, bool continuous) {
   const Vec d = linalg::balancing(A);
   const Mat P = schur_lyapunov(A, Q, continuous, d);

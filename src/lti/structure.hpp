@@ -6,9 +6,9 @@
 
 namespace pendula::lti {
 
-/// Poles by real part, then imaginary part: eigenvalues of A, or of a minimal realisation of a matrix of
-/// fractions (zeros of the denominator where there is one input and one output). Exact where rational or
-/// quadratic.
+/// Poles by real part, then imaginary part: eigenvalues of A, or of a minimal realisation of a
+/// matrix of fractions (zeros of the denominator where there is one input and one output).
+/// Exact where rational or quadratic.
 std::vector<dae::Mode> poles(const System& g);
 /// Invariant zeros: s at which [sI-A, -B; C, D] loses rank (for minimal systems the transmission zeros). By
 /// successive compression of rows and columns (Emami-Naeini & Van Dooren, Automatica 18(4), 1982), exact for
@@ -36,9 +36,9 @@ struct Reach {
   bool stable = true;         ///< all hidden modes are: the system is stabilizable (detectable)
   SystemPtr system;
 };
-/// By the rank of the matrix [B, AB, …] (exact), or, in doubles, by the staircase algorithm with a tolerance;
-/// the hidden modes are those of the quotient by the reachable subspace (Popov–Belevitch–Hautus test, Kailath
-/// §2.4.3).
+/// By the rank of the matrix [B, AB, …] (exact), or, in doubles, by the staircase algorithm with a
+/// tolerance; the hidden modes are those of the quotient by the reachable subspace
+/// (Popov–Belevitch–Hautus test, Kailath §2.4.3).
 Reach controllability(const System& g);
 Reach observability(const System& g);
 /// [B, AB, …] or [C; CA; …]. Throws Failure where its entries overflow
@@ -51,9 +51,9 @@ std::string describe(const Reach& r);
 /// numbers are then compared exactly. The notes say what was removed.
 System minimal(const System& g, double tol);
 
-/// A P + P Aᵀ + Q = 0, or A P Aᵀ - P + Q = 0 in discrete time: exact for small rational matrices, else by the
-/// complex Schur form (Bartels & Stewart, Comm. ACM 15(9), 1972). Throws Error where the solution is not
-/// unique
+/// A P + P Aᵀ + Q = 0, or A P Aᵀ - P + Q = 0 in discrete time: exact for small rational
+/// matrices, else by the complex Schur form (Bartels & Stewart, Comm. ACM 15(9), 1972). Throws
+/// Error where the solution is not unique
 MatX lyapunov(const MatX& A, const MatX& Q, bool continuous);
 /// Controllability or observability Gramian. Throws Error unless the system is asymptotically stable
 MatX gramian(const System& g, bool controllability);

@@ -64,8 +64,8 @@ class Dependence {
   }
 
  private:
-  /// Is λ, 1 at the last of these rows, the same at two positions? Symbols of λ may be long where it is not: 10 distances
-  /// of 5 points in space. Yes where numbers say nothing.
+  /// Is λ, 1 at the last of these rows, the same at two positions? Symbols of λ may be long where it is not:
+  /// 10 distances of 5 points in space. Yes where numbers say nothing.
   bool may_be_constant(const std::vector<int>& rows) const {
     constexpr double equal = 1e-6;
     std::vector<Expr> slopes;

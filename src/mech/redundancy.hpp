@@ -1,11 +1,11 @@
-// Constraints that follow from others: C₃ = C₁ + 2 C₂, one constraint written twice, a sphere and a plane beside their
-// circle, a parallelogram with a third crank.
+// Constraints that follow from others: C₃ = C₁ + 2 C₂, one constraint written twice, a sphere and a plane
+// beside their circle, a parallelogram with a third crank.
 //
-// With λᵀ∂C/∂q = 0, constraint forces (∂C/∂q)ᵀz do not change along λ, and z is not unique. The multipliers of least
-// norm are orthogonal to all such λ. λ is known in symbols where a constraint is a combination of others with
-// polynomials in q as factors: then λᵀC = 0 for all q, and λᵀ∂C/∂q = 0 where C = 0. Otherwise the dependence is one of
-// numbers at positions that satisfy all constraints (dae/points/implied_constraints), and
-// dae/regularise/least_norm needs no λ.
+// With λᵀ∂C/∂q = 0, constraint forces (∂C/∂q)ᵀz do not change along λ, and z is not unique. The multipliers
+// of least norm are orthogonal to all such λ. λ is known in symbols where a constraint is a combination of
+// others with polynomials in q as factors: then λᵀC = 0 for all q, and λᵀ∂C/∂q = 0 where C = 0. Otherwise the
+// dependence is one of numbers at positions that satisfy all constraints (dae/points/implied_constraints),
+// and dae/regularise/least_norm needs no λ.
 #pragma once
 
 #include <string>
@@ -28,8 +28,8 @@ struct Redundancy {
   std::string ranks;  ///< of those without: "gradients of C₁ … C₄: rank 3 where they hold"
 };
 
-/// Throws Error where a constraint contradicts others, C₂ = C₁ + 1. Cost: a few searches for positions; at once where
-/// gradients are independent at the first one.
+/// Throws Error where a constraint contradicts others, C₂ = C₁ + 1. Cost: a few searches for positions; at
+/// once where gradients are independent at the first one.
 Redundancy redundancy(const VecX& C, const VecX& q, const std::vector<Entry>& dCdq);
 
 }  // namespace pendula::mech

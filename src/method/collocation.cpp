@@ -82,8 +82,8 @@ Scheme<Number> transposed(Scheme<Number> old) {
   return scheme;
 }
 
-/// The rows of A with aᵢₖ prescribed and C(s-1) kept: C(s) may be lost by multiples of the divided
-/// difference.
+/// The rows of A with aᵢₖ prescribed and C(s-1) kept: C(s) may be lost by multiples
+/// of the divided difference.
 template <class Number>
 Scheme<Number> with_column(Scheme<Number> scheme, std::size_t k, const Number& entry) {
   const std::size_t s = scheme.c.size();
@@ -217,8 +217,8 @@ Vec jacobi_zeros(int n, int alpha, int beta) {
   return solver.eigenvalues();
 }
 
-/// P_n, P_{n-1} and their derivatives at x by the three-term recurrence k P_k = (2k-1) x P_{k-1} - (k-1)
-/// P_{k-2}.
+/// P_n, P_{n-1} and their derivatives at x by the three-term recurrence k
+/// P_k = (2k-1) x P_{k-1} - (k-1) P_{k-2}.
 struct Legendre {
   Real p, previous, slope, previous_slope;
   Legendre(int n, const Real& x)

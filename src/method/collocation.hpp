@@ -7,9 +7,9 @@
 
 namespace pendula::integrate {
 
-/// The collocation method with nodes τ₁ … τₛ in units of the step: aᵢⱼ = ∫₀^τᵢ ℓⱼ, bⱼ = ∫₀¹ ℓⱼ (HNW Thm II.7.7).
-/// Exact where the nodes are fractions or lie in one field ℚ(√d), else doubles rounded from many digits.
-/// Throws Error on repeated nodes.
+/// The collocation method with nodes τ₁ … τₛ in units of the step: aᵢⱼ = ∫₀^τᵢ ℓⱼ, bⱼ = ∫₀¹ ℓⱼ (HNW Thm
+/// II.7.7). Exact where the nodes are fractions or lie in one field ℚ(√d), else doubles rounded from many
+/// digits. Throws Error on repeated nodes.
 Tableau collocation(std::span<const Expr> nodes);
 
 /// Gauss-Legendre, order 2s: the nodes are the zeros of the shifted Legendre polynomial.

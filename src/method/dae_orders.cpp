@@ -8,8 +8,8 @@
 
 namespace pendula::integrate {
 
-// Positive semidefinite by symmetric elimination with the largest pivot; exact up to the coefficients'
-// digits.
+// Positive semidefinite by symmetric elimination with the largest pivot; exact up to
+// the coefficients' digits.
 bool is_algebraically_stable(const Tableau& rk) {
   const Coefficients& c = rk.coefficients();
   const int s = rk.stages();

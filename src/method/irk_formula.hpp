@@ -30,8 +30,9 @@ struct IrkFormula {
   /// l[j], j = 0 … s: the Lagrange polynomials on the nodes at θ (and their derivatives).
   void lagrange(double theta, double* l) const;
   void lagrange_slopes(double theta, double* slopes) const;
-  /// The same of the polynomial of degree q, 1 … s, that has the value at c_s and is closest to the others (least
-  /// squares): beyond the nodes it multiplies errors of the values by less than the one through all of them, q = s.
+  /// The same of the polynomial of degree q, 1 … s, that has the value at c_s and is closest to the
+  /// others (least squares): beyond the nodes it multiplies errors of the values by less than the
+  /// one through all of them, q = s.
   /// requires  q = s or a stiffly accurate method
   void closest(double theta, int q, double* l) const;
 

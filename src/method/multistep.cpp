@@ -256,8 +256,8 @@ std::string Multistep::report() const {
 
 namespace {
 
-/// Σⱼ₌₁ᵏ ∇ʲ/j, the coefficients of xₖ₊₁, xₖ, …: the derivative at the new point of the polynomial through k +
-/// 1 points.
+/// Σⱼ₌₁ᵏ ∇ʲ/j, the coefficients of xₖ₊₁, xₖ, …: the derivative at the new point of the
+/// polynomial through k + 1 points.
 Multistep::Fractions backward_differences(int k) {
   Multistep::Fractions alpha(static_cast<std::size_t>(k) + 1, 0);
   for (int j = 1; j <= k; ++j) {

@@ -22,8 +22,8 @@ class Multistep {
  public:
   using Fractions = std::vector<mpq_class>;
 
-  /// Throws Error naming the method: lists of different length, α₀ = 0, not consistent (ρ(1) = 0, ρ′(1) =
-  /// σ(1)).
+  /// Throws Error naming the method: lists of different length, α₀ = 0, not
+  /// consistent (ρ(1) = 0, ρ′(1) = σ(1)).
   Multistep(std::string name, Fractions alpha, Fractions beta);
 
   const std::string& name() const { return name_; }
@@ -50,8 +50,8 @@ class Multistep {
   double alpha_degrees() const;
   /// On (-x, 0): x; ∞ if the whole negative axis is stable.
   double real_limit() const;
-  /// The zeros of σ inside the unit disc: a stiff component dies out at infinity. Requires A(α)-stability to
-  /// mean anything.
+  /// The zeros of σ inside the unit disc: a stiff component dies out at infinity. Requires
+  /// A(α)-stability to mean anything.
   bool is_stable_at_infinity() const;
 
   /// "11/6 x₊₁ - 3 x + …= Δt f₊₁": the method as a formula.

@@ -4,9 +4,9 @@
 //   simplifying assumptions   B(p): Σ bᵢcᵢ^(q-1) = 1/q          (q ≤ p)
 //                             C(η): Σⱼ aᵢⱼcⱼ^(q-1) = cᵢ^q/q       (q ≤ η)
 //                             D(ζ): Σᵢ bᵢcᵢ^(q-1)aᵢⱼ = bⱼ(1 - cⱼ^q)/q  (q ≤ ζ)
-//     B(p), C(η), D(ζ) with p ≤ η + ζ + 1 and p ≤ 2η + 2 give order p: this settles collocation methods of
-//     any size. Butcher, Math. Comp. 18, 1964; Hairer, Nørsett & Wanner, Solving ODEs I, 2nd ed., §II.7,
-//     Thm 7.4.
+//     B(p), C(η), D(ζ) with p ≤ η + ζ + 1 and p ≤ 2η + 2 give order p: this settles collocation
+//     methods of any size. Butcher, Math. Comp. 18, 1964; Hairer, Nørsett & Wanner, Solving
+//     ODEs I, 2nd ed., §II.7, Thm 7.4.
 //   rooted trees              order p ⇔ Σ bᵢφᵢ(τ) = 1/γ(τ) for every tree τ with |τ| ≤ p  (§II.2, Thm 2.13);
 //     bushy trees alone are quadrature: only the others see the nonlinear terms.
 #pragma once
@@ -29,8 +29,8 @@ struct Coefficients {
   int stages() const { return A.size(); }
 };
 
-/// Orders above this that the simplifying assumptions do not settle are not searched for (4766 trees at order
-/// 12).
+/// Orders above this that the simplifying assumptions do not settle are not searched
+/// for (4766 trees at order 12).
 inline constexpr int largest_tree_order = 12;
 
 /// The order of the method with weights b (rk.b or rk.bhat). Cost: O(s³) for the assumptions, s² per tree.

@@ -10,8 +10,8 @@
 //     (1/(γΔt) M - J) uᵢ = f(tₖ + αᵢΔt, xₖ + Σⱼ aᵢⱼuⱼ) + M Σⱼ (cᵢⱼ/Δt) uⱼ + γᵢ Δt ∂f/∂t
 //     xₖ₊₁ = xₖ + Σ mᵢuᵢ,   error = Σ eᵢuᵢ
 //
-// with (aᵢⱼ) = (αᵢⱼ)Γ⁻¹, (cᵢⱼ) = diag(1/γ) - Γ⁻¹, m = bΓ⁻¹. M may be singular: a semi-explicit DAE of
-// index 1.
+// with (aᵢⱼ) = (αᵢⱼ)Γ⁻¹, (cᵢⱼ) = diag(1/γ) - Γ⁻¹, m = bΓ⁻¹. M may be singular: a
+// semi-explicit DAE of index 1.
 #pragma once
 
 #include <memory>

@@ -170,8 +170,8 @@ struct Rational {
   double tolerance = 0;  ///< of a coefficient, if not exact
 };
 
-/// Collocation: P = Σ M^(s-j)(1) zʲ, Q = Σ M^(s-j)(0) zʲ with M(x) = ∏(x - cᵢ)/s! (Thm IV.3.10); s²
-/// operations.
+/// Collocation: P = Σ M^(s-j)(1) zʲ, Q = Σ M^(s-j)(0) zʲ with M(x) = ∏(x - cᵢ)/s!
+/// (Thm IV.3.10); s² operations.
 Rational from_nodes(const Coefficients& rk) {
   const int s = rk.stages();
   RealVector M(1, Real(1, rk.bits));  // by increasing power

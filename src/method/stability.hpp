@@ -62,9 +62,9 @@ class Stability {
 /// bᵢ ≥ 0 and (bᵢaᵢⱼ + bⱼaⱼᵢ - bᵢbⱼ) positive semidefinite (ibid., §IV.12, Def. 12.5).
 bool is_algebraically_stable(const Tableau& rk);
 
-/// The orders to expect on DAEs in Hessenberg form, solved as they stand; 0: no convergence in general, -1:
-/// the method cannot be applied. Index 1: §VI.1, Thm 1.1; index 2: §VII.4, Table 4.1; index 3: Jay, BIT 33,
-/// 1993.
+/// The orders to expect on DAEs in Hessenberg form, solved as they stand; 0: no convergence in
+/// general, -1: the method cannot be applied. Index 1: §VI.1, Thm 1.1; index 2: §VII.4, Table
+/// 4.1; index 3: Jay, BIT 33, 1993.
 struct DaeOrders {
   int x1 = -1, z1 = -1;  ///< index 1, z from the stages; with z re-solved at the mesh points both are p
   int x2 = -1, z2 = -1;  ///< index 2

@@ -51,8 +51,8 @@ StepRules::StepRules(const Tableau& rk) : stability_limit(negative_limit(rk)), f
   settled_fastest = rk.bhat2() ? 3 : fastest;
   for (int i = rk.stages() - 1 - (fsal ? 1 : 0); i > 0 && stiff_stage < 0; --i)
     if (rk.c()[i] == 1) stiff_stage = i;
-  // Half an oscillation in a step is as much as any method resolves; solutions that are not linear reach up to six
-  // times its share (van der Pol's equation at rtol = 10⁻³).
+  // Half an oscillation in a step is as much as any method resolves; solutions that are not linear reach up
+  // to six times its share (van der Pol's equation at rtol = 10⁻³).
   constexpr double half_an_oscillation = 3, usual = 7;
   if (stiff_stage >= 0) resolution = usual * share_of_slope(rk, stiff_stage, {0, half_an_oscillation});
 }

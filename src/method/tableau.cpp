@@ -167,8 +167,8 @@ void Tableau::check_claims() {
 
 int Tableau::embedded_order() const { return algebraic_order(coefficients_, coefficients_.bhat); }
 
-// The interpolant's stages are those of a larger explicit-tailed tableau; its order is decided like any
-// other.
+// The interpolant's stages are those of a larger explicit-tailed tableau; its order
+// is decided like any other.
 void Tableau::check_dense() {
   if (!data_.dense) return derive_dense();
   const DenseData& dense = *data_.dense;
@@ -289,8 +289,8 @@ bool Tableau::is_symplectic() const {
   return true;
 }
 
-// The adjoint method has a*ᵢⱼ = b_{s+1-j} - a_{s+1-i,s+1-j} and b*ⱼ = b_{s+1-j} (Geometric Integration, Thm
-// V.2.3).
+// The adjoint method has a*ᵢⱼ = b_{s+1-j} - a_{s+1-i,s+1-j} and b*ⱼ = b_{s+1-j}
+// (Geometric Integration, Thm V.2.3).
 bool Tableau::is_symmetric() const {
   const Coefficients& rk = coefficients_;
   const int last = stages() - 1;

@@ -90,8 +90,8 @@ void add_box(Picture& picture, const View& view, const std::array<Ticks, 3>& num
   picture.add(edges, line_style("#666666", 1));
 }
 
-/// Numbers and label of one axis, outside its edge. letters: their size in the picture beside that in one of 640
-/// pixels, the height without size.
+/// Numbers and label of one axis, outside its edge. letters: their size in the picture beside that in one of
+/// 640 pixels, the height without size.
 void add_axis(Picture& picture, const View& view, int axis, const std::string& name, const Ticks& t,
               double letters) {
   const auto a = static_cast<size_t>(axis);

@@ -26,8 +26,8 @@ std::string colour_of(const Figure& figure, size_t k) {
   return series_colour(number);
 }
 
-/// A string expression of gnuplot: in single quotes, where nothing is replaced, joined with runs of apostrophes in
-/// double quotes. ('' inside single quotes, as documented, fails where two meet: f''(x).)
+/// A string expression of gnuplot: in single quotes, where nothing is replaced, joined with runs of
+/// apostrophes in double quotes. ('' inside single quotes, as documented, fails where two meet: f''(x).)
 std::string quoted(const std::string& utf8) {
   std::string out = "'";
   bool apostrophes = false;

@@ -126,7 +126,8 @@ double Design::morris(long run, int dimension) const {
       static_cast<long>(permuted(series, static_cast<std::uint64_t>(r.dimensions),
                                  r.seed ^ bits_at({r.seed, Use::permutation, trajectory, 0}), 1));
   const bool moved = step > turn;
-  // From 0.5 % to 99.5 %: distributions need not have bounds, and the middles of cells would repeat what is periodic.
+  // From 0.5 % to 99.5 %: distributions need not have bounds, and the middles of cells
+  // would repeat what is periodic.
   const auto level = static_cast<double>(low + (moved == rising ? half : 0));
   return 0.005 + 0.99 * level / static_cast<double>(r.levels - 1);
 }

@@ -1,7 +1,7 @@
 // Designs of experiments in the unit cube: run number and coordinate in, number out.
 //
-// A coordinate depends on design, seed, run and dimension only. Nothing is stored, so that ten million runs cost
-// no memory and results do not depend on how the runs are divided among processes.
+// A coordinate depends on design, seed, run and dimension only. Nothing is stored, so that ten million runs
+// cost no memory and results do not depend on how the runs are divided among processes.
 #pragma once
 
 #include <string>
@@ -33,9 +33,10 @@ class Design {
   /// Throws Error for too many dimensions, levels or runs, with the option that mends it.
   explicit Design(DesignRequest request);
   const DesignRequest& request() const { return request_; }
-  /// grid: levelsᵈ. star: 1 + d·levels, the centre first. saltelli: N(d + 2), for each base point A, B, then A with
-  /// coordinate i from B (Saltelli et al., Comput. Phys. Commun. 181, 2010). morris: r(d + 1), trajectories of one
-  /// step per coordinate by half of the levels, which lie between 0.5 % and 99.5 % (Morris, Technometrics 33(2), 1991).
+  /// grid: levelsᵈ. star: 1 + d·levels, the centre first. saltelli: N(d + 2), for each base point A, B, then
+  /// A with coordinate i from B (Saltelli et al., Comput. Phys. Commun. 181, 2010). morris: r(d + 1),
+  /// trajectories of one step per coordinate by half of the levels, which lie between 0.5 % and 99.5 %
+  /// (Morris, Technometrics 33(2), 1991).
   long runs() const { return runs_; }
   /// In (0, 1); unscrambled sequences: in [0, 1).
   double unit(long run, int dimension) const;

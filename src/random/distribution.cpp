@@ -267,7 +267,8 @@ JointNormal::JointNormal(Vec mean, Mat covariance)
         throw Error(text("the covariance is not symmetric: entry (", i + 1, ", ", j + 1, ") is ",
                          shortest(covariance_(i, j)), ", entry (", j + 1, ", ", i + 1, ") is ",
                          shortest(covariance_(j, i))));
-  // LDLᵀ without exchanges, in units of the standard deviations; what is singular to rounding gets a column 0.
+  // LDLᵀ without exchanges, in units of the standard deviations; what is singular to
+  // rounding gets a column 0.
   Vec unit(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     if (covariance_(i, i) < 0)

@@ -1,7 +1,8 @@
 // Distributions as values: what a parameter or an initial value may be.
 //
-// Numbers are drawn by inverse transform, x = F⁻¹(u): one uniform number makes one value, so that every design
-// (Latin hypercube, Sobol', …) works with every distribution, and neighbours in u stay neighbours in x.
+// Numbers are drawn by inverse transform, x = F⁻¹(u): one uniform number makes one value, so
+// that every design (Latin hypercube, Sobol', …) works with every distribution, and
+// neighbours in u stay neighbours in x.
 #pragma once
 
 #include <memory>

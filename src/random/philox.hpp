@@ -1,8 +1,8 @@
 // Numbers that look random and are a function of where they stand: Philox4x32-10.
 //
-// A counter-based generator has no state: block number c of the stream with key k is a bijection of c, so that
-// any number can be computed alone, by any process, in any order.
-// Source: Salmon, Moraes, Dror & Shaw, Parallel random numbers: as easy as 1, 2, 3, SC11, 2011.
+// A counter-based generator has no state: block number c of the stream with key k is a bijection of c, so
+// that any number can be computed alone, by any process, in any order. Source: Salmon, Moraes, Dror & Shaw,
+// Parallel random numbers: as easy as 1, 2, 3, SC11, 2011.
 #pragma once
 
 #include <array>
@@ -31,8 +31,8 @@ Block block_at(const Place& place);
 double uniform_at(const Place& place);
 /// 64 random bits.
 std::uint64_t bits_at(const Place& place);
-/// The middle of one of 2⁵² equal cells of (0, 1), from the upper 52 bits (the middle of the last of 2⁵³ would be
-/// rounded to 1).
+/// The middle of one of 2⁵² equal cells of (0, 1), from the upper 52 bits (the middle of the last
+/// of 2⁵³ would be rounded to 1).
 double to_unit(std::uint64_t bits);
 
 /// A permutation of 0 … n - 1 as a function of its argument: Feistel network over the smallest power of four

@@ -20,13 +20,13 @@ struct Column {
   bool drawn() const { return distribution || joint; }
 };
 
-/// Lists are paired or combined, distributions follow a design. A value is a function of column and run: nothing is
-/// stored.
+/// Lists are paired or combined, distributions follow a design. A value is a function of
+/// column and run: nothing is stored.
 class SampleSpace {
  public:
-  /// grid: all combinations of the lists, the last column fastest. design.dimensions is filled in from the columns:
-  /// one per distribution, in their order; those of one joint distribution share theirs.
-  /// Throws Error where nothing varies, lists do not fit together, and what Design throws.
+  /// grid: all combinations of the lists, the last column fastest. design.dimensions is filled in from the
+  /// columns: one per distribution, in their order; those of one joint distribution share theirs. Throws
+  /// Error where nothing varies, lists do not fit together, and what Design throws.
   SampleSpace(std::vector<Column> columns, bool grid, std::optional<DesignRequest> design);
 
   const std::vector<Column>& columns() const { return columns_; }

@@ -18,8 +18,8 @@ double ratio(double r, const double (&n)[8], const double (&d)[7]) {
   return top / (bottom * r + 1);
 }
 
-/// log(Γ(a) Γ(b)/Γ(a + b)); where both arguments are large the terms cancel, and Stirling's series is used for
-/// the difference (A = lnΓ(z) - (z - ½) ln z + z - ½ ln 2π, Abramowitz & Stegun 6.1.41).
+/// log(Γ(a) Γ(b)/Γ(a + b)); where both arguments are large the terms cancel, and Stirling's series is used
+/// for the difference (A = lnΓ(z) - (z - ½) ln z + z - ½ ln 2π, Abramowitz & Stegun 6.1.41).
 double log_beta(double a, double b) {
   const double large = 15;
   if (std::min(a, b) < large && std::max(a, b) < 1e3)

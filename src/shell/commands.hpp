@@ -12,8 +12,8 @@ struct Command {
   std::string script;  ///< what of it belongs into the script of a session
 };
 
-/// who, pwd, ls [folder], cd [folder], edit file, time <Lua>, reset, log "file". A variable of the session goes
-/// before a command of its name, and so does whatever is Lua: `ls = 3`, `time(x)`.
+/// who, pwd, ls [folder], cd [folder], edit file, time <Lua>, reset, log "file". A variable of the session
+/// goes before a command of its name, and so does whatever is Lua: `ls = 3`, `time(x)`.
 Command command_of(lua_State* L, const std::string& entry);
 
 }  // namespace pendula::shell

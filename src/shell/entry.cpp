@@ -33,8 +33,8 @@ std::string message(lua_State* L) {
 }
 
 /// Lua says "near <eof>" when the text ended too early. Three such errors more lines would not mend: "syntax
-/// error near <eof>", the last statement is an expression, a line that ends with ball:index, and a quoted string
-/// without its end, unless a backslash continues it.
+/// error near <eof>", the last statement is an expression, a line that ends with ball:index, and a quoted
+/// string without its end, unless a backslash continues it.
 bool wants_more(std::string_view entry, std::string_view error) {
   if (!ends_with(error, "near <eof>") || ends_with(error, "syntax error near <eof>")) return false;
   if (lua::contains(error, "function arguments expected") && !lua::contains(entry, "\n")) return false;

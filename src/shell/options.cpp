@@ -124,7 +124,8 @@ Options parse_options(const std::vector<std::string>& words) {
   }
   options.script = words[i];
   if (options.script.empty()) throw UsageError("the name of the script is empty");
-  // pendula --safe script.lua --json: its limits may stand behind the script; "--" begins the script's own words.
+  // pendula --safe script.lua --json: its limits may stand behind the script; "--"
+  // begins the script's own words.
   ++i;
   if (options.safe)
     while (i < words.size() && read_limit(words, i, options)) ++i;

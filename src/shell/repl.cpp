@@ -219,8 +219,8 @@ void Session::begin_journal() {
       "A session did not end by itself. recover() runs its entries again, recover(false) forgets them.\n");
 }
 
-/// If the entry before was recover(): runs the entries of the session that was cut off, each by itself, so that
-/// what fails costs no more than itself. They enter the journal of this session.
+/// If the entry before was recover(): runs the entries of the session that was cut off, each by itself, so
+/// that what fails costs no more than itself. They enter the journal of this session.
 void Session::recover() {
   lua::push_stdlib_environment(L_);
   lua_getfield(L_, -1, "recovering");

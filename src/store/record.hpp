@@ -19,7 +19,8 @@ struct Record {
 class RunSink {
  public:
   virtual ~RunSink() = default;
-  /// All of them or none; runs that are there already stay as they are. Throws Failure where the disk is full.
+  /// All of them or none; runs that are there already stay as they are. Throws
+  /// Failure where the disk is full.
   virtual void add(std::span<const Record> records) = 0;
   /// By run: it is there, done or failed.
   virtual std::vector<bool> finished() const = 0;

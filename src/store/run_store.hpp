@@ -1,7 +1,7 @@
 // The results of a sweep in one SQLite file. Its tables are documented in docs/store.md.
 //
-// One process writes (it holds a lock on the file), any number read. Runs are added in transactions: a process that is
-// killed loses those of its last second, never the file.
+// One process writes (it holds a lock on the file), any number read. Runs are added in transactions: a
+// process that is killed loses those of its last second, never the file.
 #pragma once
 
 #include <functional>
@@ -32,8 +32,8 @@ class RunStore : public RunSink {
  public:
   enum class State { waiting, done, failed };
 
-  /// Creates the file, or goes on with one of the same fingerprint. Throws Error where the file holds another sweep,
-  /// is no store, cannot be written.
+  /// Creates the file, or goes on with one of the same fingerprint. Throws Error where the file holds another
+  /// sweep, is no store, cannot be written.
   RunStore(const std::string& file, const Description& description);
   /// An existing one.
   explicit RunStore(const std::string& file);
@@ -66,7 +66,8 @@ class RunStore : public RunSink {
   std::vector<long> failed() const;
   State state(long run) const;
   std::string failure(long run) const;
-  /// Of every run that is done, ascending: head, and the leaves at the end (place 0) or at saved time `place` - 1.
+  /// Of every run that is done, ascending: head, and the leaves at the end (place 0)
+  /// or at saved time `place` - 1.
   using Visitor = std::function<void(long run, const double* head, const double* leaves)>;
   void visit(std::size_t place, const Visitor& visitor) const;
 
@@ -81,7 +82,8 @@ class RunStore : public RunSink {
   std::vector<std::string> columns_;  ///< of table runs: those of what varies, then those of the shown leaves
 };
 
-/// Numbers as a compressed block: little-endian doubles, their first bytes, then their second ones, …, by zlib.
+/// Numbers as a compressed block: little-endian doubles, their first bytes, then
+/// their second ones, …, by zlib.
 std::string compressed(std::span<const double> numbers);
 /// Throws Error where the block is damaged.
 void decompress(std::string_view block, std::span<double> numbers);

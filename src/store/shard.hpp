@@ -1,9 +1,9 @@
 // Shards: ranges of runs that processes anywhere work off, each into a file of its own.
 //
-// runs.db.d/17 names the runs of shard 17. A worker appends to 17.part.<host>.<process> and, when all its runs are
-// there, links that file to 17.done: link(2) succeeds once, so that of two workers on one shard (a scheduler that
-// started it again) one wins and the other notices. What workers that died have left in their files is read, not
-// computed again.
+// runs.db.d/17 names the runs of shard 17. A worker appends to 17.part.<host>.<process> and, when all its
+// runs are there, links that file to 17.done: link(2) succeeds once, so that of two workers on one shard (a
+// scheduler that started it again) one wins and the other notices. What workers that died have left in their
+// files is read, not computed again.
 #pragma once
 
 #include <string>
@@ -27,8 +27,8 @@ std::vector<Record> read_shard(const std::string& file, const std::string& finge
 
 class Shard : public RunSink {
  public:
-  /// path: "runs.db.d/17". Opens a file for this process and takes over the results of processes that have ended. Throws Error where there
-  /// is no such shard, the folder cannot be written.
+  /// path: "runs.db.d/17". Opens a file for this process and takes over the results of processes that have
+  /// ended. Throws Error where there is no such shard, the folder cannot be written.
   Shard(std::string path, std::string fingerprint, long runs);
   ~Shard() override;
   Shard(const Shard&) = delete;

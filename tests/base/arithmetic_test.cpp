@@ -1,4 +1,5 @@
-// Products and sums that are computed at once: the same numbers as Eigen's expressions, and matrices as results.
+// Products and sums that are computed at once: the same numbers as Eigen's
+// expressions, and matrices as results.
 #include <doctest/doctest.h>
 
 #include <cmath>

@@ -166,7 +166,8 @@ TEST_CASE("a parameter without effect stays where it is") {
 }
 
 TEST_CASE("a large residual: convergence although JᵀJ is a poor model of the curvature") {
-  // r = (x + 1, λx² + x - 1): ∇²V = JᵀJ + 2λ r₂ (Dennis & Schnabel, example 10.2.4); Gauss–Newton alone is slow
+  // r = (x + 1, λx² + x - 1): ∇²V = JᵀJ + 2λ r₂ (Dennis & Schnabel, example 10.2.4);
+  // Gauss–Newton alone is slow
   for (const double lambda : {0.1, 0.4, -0.7}) {
     const auto V = half_square([=](const ComplexVec& x) {
       return list({x[0] + 1.0, lambda * x[0] * x[0] + x[0] - 1.0});

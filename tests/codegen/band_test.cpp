@@ -40,8 +40,8 @@ TEST_CASE("band: definite matrices of all small sizes agree with dense eliminati
 }
 
 TEST_CASE("band: a matrix known by heart") {
-  // -u'' = 1 with n = 99 interior points of (0, 1), h = 1/100: the three-point formula is exact for a
-  // parabola.
+  // -u'' = 1 with n = 99 interior points of (0, 1), h = 1/100: the three-point
+  // formula is exact for a parabola.
   constexpr int n = 99;
   constexpr double h = 0.01;
   std::vector<double> a(2 * n, -1), x(n, h * h);

@@ -1,4 +1,5 @@
-// Quotients of exponentials beyond the range of double numbers, against their limits and against plain arithmetic.
+// Quotients of exponentials beyond the range of double numbers, against their limits
+// and against plain arithmetic.
 #include <cmath>
 #include <vector>
 

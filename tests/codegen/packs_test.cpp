@@ -19,8 +19,8 @@ using namespace pendula::codegen;
 
 namespace {
 
-/// Bodies that repel each other with the inverse square of their distance; results body after body or component after
-/// component.
+/// Bodies that repel each other with the inverse square of their distance; results body after
+/// body or component after component.
 Program bodies(Slot n, bool interleaved) {
   Writer w(3 * n);
   const auto place = [&](Slot body, Slot c) { return w.input(interleaved ? 3 * body + c : c * n + body); };

@@ -1,5 +1,5 @@
-// The order of elimination: the same pivots as a search through all entries takes, and the fill that they
-// make.
+// The order of elimination: the same pivots as a search through all entries takes,
+// and the fill that they make.
 #include "codegen/linear/pivots.hpp"
 
 #include <cmath>

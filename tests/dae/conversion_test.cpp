@@ -1,5 +1,5 @@
-// Conversions with functions as multipliers: what replaces what, where it is valid, and that the solutions
-// stay.
+// Conversions with functions as multipliers: what replaces what, where it is valid,
+// and that the solutions stay.
 #include "dae/regularise/regularise.hpp"
 
 #include <doctest/doctest.h>

@@ -1,5 +1,5 @@
-// Elimination of constant leading rows: the steps of exam 3(d), and systems where the answer is known by
-// hand.
+// Elimination of constant leading rows: the steps of exam 3(d), and systems where
+// the answer is known by hand.
 #include "dae/regularise/elimination.hpp"
 
 #include <doctest/doctest.h>

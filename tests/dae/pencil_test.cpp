@@ -1,5 +1,5 @@
-// Linear systems exactly: the exam, the lecture, textbook cases, and random Weierstrass forms whose answer is
-// known.
+// Linear systems exactly: the exam, the lecture, textbook cases, and random
+// Weierstrass forms whose answer is known.
 #include "dae/pencil/pencil.hpp"
 
 #include <doctest/doctest.h>

@@ -1,5 +1,5 @@
-// Consistent starts of mechanical index-3 models, against the numbers of scripts/exam/problem1.lua and against
-// conditions by hand.
+// Consistent starts of mechanical index-3 models, against the numbers of scripts/exam/problem1.lua
+// and against conditions by hand.
 #include <doctest/doctest.h>
 
 #include <cmath>

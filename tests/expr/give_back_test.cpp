@@ -32,8 +32,8 @@ VecX solved_pair(Expr a, Expr b) {
 
 double value(Expr e) { return evaluate({&e, 1}, {{x, 0.5}, {y, 0.25}, {k, 3}})[0]; }
 
-/// Gives back what is touched neither by `known` nor in these windows, nor in window 0, where other files of this
-/// program made their expressions.
+/// Gives back what is touched neither by `known` nor in these windows, nor in window 0, where other files of
+/// this program made their expressions.
 std::uint32_t in_use_after(const std::vector<Expr>& known, std::vector<std::uint16_t> windows = {}) {
   windows.insert(windows.begin(), 0);
   give_back(windows, [&] {

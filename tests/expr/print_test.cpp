@@ -1,5 +1,5 @@
-// What people read, letter by letter: textbook order, numbers, vectors by their names, LaTeX, what is too
-// large.
+// What people read, letter by letter: textbook order, numbers, vectors by their
+// names, LaTeX, what is too large.
 #include <doctest/doctest.h>
 
 #include "expr/graph/derivative.hpp"

@@ -1,5 +1,5 @@
-// Random expressions over every operation of ops.def, and a comparison of their values that knows about
-// rounding.
+// Random expressions over every operation of ops.def, and a comparison of their
+// values that knows about rounding.
 #pragma once
 
 #include <cmath>

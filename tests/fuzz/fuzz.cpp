@@ -1,5 +1,6 @@
 // libFuzzer on what is read from files and texts. The first byte of an input chooses the reader.
-//   ./dev fuzz builds it with clang, address and undefined-behaviour sanitizers, and runs it on build/asan/corpus
+//   ./dev fuzz builds it with clang, address and undefined-behaviour sanitizers, and
+//   runs it on build/asan/corpus
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -14,7 +15,8 @@
 
 namespace {
 
-/// What each kind of text goes through. An error is an answer; "internal error … (please report)" is a finding.
+/// What each kind of text goes through. An error is an answer; "internal error …
+/// (please report)" is a finding.
 constexpr const char* readers[] = {
     "local text, file = ... return load(file)",     // saved values, expressions, code()
     "local text, file = ... return tableau(text)",  // a tableau as text

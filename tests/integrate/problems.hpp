@@ -93,8 +93,8 @@ inline dae::FirstOrder pendulum3d() {
   return model;
 }
 
-/// The same as semi-explicit DAE: the multiplier from the constraint after v′ is substituted, z pᵀp = vᵀv - g
-/// p₃.
+/// The same as semi-explicit DAE: the multiplier from the constraint after v′ is
+/// substituted, z pᵀp = vᵀv - g p₃.
 inline dae::FirstOrder pendulum3d_semi_explicit() {
   dae::FirstOrder model = pendulum3d();
   const auto& x = model.x;

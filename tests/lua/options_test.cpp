@@ -1,5 +1,5 @@
-// Every function that takes options has a row for each, and refuses what is none of them and what has the wrong
-// type: options_check.lua runs the example of each row and repeats the call it makes with such options.
+// Every function that takes options has a row for each, and refuses what is none of them and what has the
+// wrong type: options_check.lua runs the example of each row and repeats the call it makes with such options.
 #include <doctest/doctest.h>
 
 #include <string>

@@ -1,6 +1,6 @@
-// A binding module as bindings are written, for the tests of the Lua layer: a type with methods, fields,
-// operators and integer keys, functions that read every kind of argument, and functions that go wrong in
-// every way.
+// A binding module as bindings are written, for the tests of the Lua layer: a type with
+// methods, fields, operators and integer keys, functions that read every kind of argument, and
+// functions that go wrong in every way.
 #pragma once
 
 #include <memory>
@@ -31,8 +31,8 @@ class Session {
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  /// Runs the script as file "user.lua"; returns "ok", the first result's text, "interrupted", or the error
-  /// text.
+  /// Runs the script as file "user.lua"; returns "ok", the first result's text,
+  /// "interrupted", or the error text.
   std::string operator()(const std::string& script);
 
   lua_State* const L;

@@ -1,5 +1,5 @@
-// Saved figures: the script says what the figure says, nothing of the user's is executed, files appear whole
-// or not.
+// Saved figures: the script says what the figure says, nothing of the user's is
+// executed, files appear whole or not.
 #include "plot/gnuplot.hpp"
 
 #include <doctest/doctest.h>

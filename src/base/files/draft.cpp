@@ -36,7 +36,8 @@ void sync_folder(const std::string& folder) {
   close(descriptor);
 }
 
-// Drafts that exist, by name, where a signal handler can read them. A slot is taken once its name is complete.
+// Drafts that exist, by name, where a signal handler can read them. A slot is taken
+// once its name is complete.
 struct Open {
   std::atomic<bool> taken = false;
   char path[PATH_MAX];

@@ -1,8 +1,9 @@
-// Files that appear complete or not at all: written beside the target, synchronised with the disk, renamed onto it.
+// Files that appear complete or not at all: written beside the target, synchronised
+// with the disk, renamed onto it.
 //
-// An error on the way (no space, a folder that is missing) leaves what was there before as it was. A target that is
-// no regular file (a device, a pipe) cannot be replaced and is written to directly. A symbolic link stays a link:
-// the file it leads to is replaced.
+// An error on the way (no space, a folder that is missing) leaves what was there before as it was. A target
+// that is no regular file (a device, a pipe) cannot be replaced and is written to directly. A symbolic link
+// stays a link: the file it leads to is replaced.
 #pragma once
 
 #include <string>

@@ -19,8 +19,8 @@
 namespace pendula {
 namespace {
 
-/// The folder that the program and the processes that it forks share, named when the program starts and made when
-/// the first file is.
+/// The folder that the program and the processes that it forks share, named when the program starts
+/// and made when the first file is.
 struct Folder {
   Folder() {
     const char* parent = std::getenv("TMPDIR");

@@ -10,9 +10,9 @@ namespace {
 // Beyond this the code leaves the second-level cache and the tape is faster: docs/decisions/010.
 constexpr std::size_t largest = 100'000;
 
-// A large model that repeats itself: the loops of the tape are faster than code without loops, unless that does four
-// operations at once (measured: 1.3 and 0.24 µs for 500 points of Burgers' equation). Code for it costs 0.3 µs per
-// instruction and saves 0.23 ns of an evaluation.
+// A large model that repeats itself: the loops of the tape are faster than code without loops, unless that
+// does four operations at once (measured: 1.3 and 0.24 µs for 500 points of Burgers' equation). Code for it
+// costs 0.3 µs per instruction and saves 0.23 ns of an evaluation.
 constexpr std::size_t large_regular = 2'000;
 constexpr double mostly_regular = 0.8, wide_enough = 0.5;
 constexpr long regular_break_even = 1'400;

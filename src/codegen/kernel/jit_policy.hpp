@@ -2,8 +2,8 @@
 //
 // Compiling costs some 50 µs + 0.15 µs per instruction, an evaluation by machine code saves some 0.4 ns per
 // instruction: jit_policy.cpp computes the break-even point from these. Programs that are very long (the code
-// leaves the second-level cache) or mostly loops stay on the tape, which has vector loops; code for the latter is made
-// only where packs.hpp makes four operations of one.
+// leaves the second-level cache) or mostly loops stay on the tape, which has vector loops; code for the
+// latter is made only where packs.hpp makes four operations of one.
 #pragma once
 
 #include <atomic>
@@ -15,7 +15,8 @@ namespace pendula::codegen {
 
 class TieredCode {
  public:
-  /// regular: the part of the tape's operations that are loops; tape_room: numbers of workspace that it takes.
+  /// regular: the part of the tape's operations that are loops; tape_room: numbers
+  /// of workspace that it takes.
   TieredCode(Program program, double regular, std::size_t tape_room);
 
   /// The code, if there is some already. Counts as an evaluation.

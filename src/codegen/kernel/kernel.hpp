@@ -4,8 +4,8 @@
 // default back end is the grouped tape: instructions are scheduled in runs of one operation, so that the
 // interpreter's dispatch is paid per run and not per operation (docs/decisions/010), every result is
 // bit-reproducible and uses the scalar libm. A kernel that is run often gets machine code on the way, with
-// the same results bit for bit. Systems of saddle_solution() are solved without pivoting, except at points where that is not
-// stable.
+// the same results bit for bit. Systems of saddle_solution() are solved without pivoting, except at
+// points where that is not stable.
 #pragma once
 
 #include <memory>
@@ -17,8 +17,8 @@
 
 namespace pendula::codegen {
 
-/// exact: a / b is rounded once. shared: what divides several times, or is a constant, becomes a factor; on the tape
-/// and in machine code alike.
+/// exact: a / b is rounded once. shared: what divides several times, or is a constant, becomes a factor; on
+/// the tape and in machine code alike.
 enum class Divisions { exact, shared };
 
 class Kernel {

@@ -79,8 +79,8 @@ struct Factors {
 /// The largest multiplier a plan puts up with, rows scaled to largest entries of 1: four digits may be lost.
 constexpr double largest_multiplier = 1e4;
 
-/// The sizes are those of the matrix at hand, not of the one that the pivots were chosen on: a row of γ/h changes its
-/// size by ten orders of magnitude in a run, and plans serve other models of the same pattern.
+/// The sizes are those of the matrix at hand, not of the one that the pivots were chosen on: a row of γ/h
+/// changes its size by ten orders of magnitude in a run, and plans serve other models of the same pattern.
 Slot write_growth(Writer& writer, Arithmetic& w, const Elimination& order, const Factors& factors) {
   std::vector<Slot> shares;
   std::size_t next = 0;
@@ -152,8 +152,8 @@ std::vector<Slot> all_inputs(const Writer& w, std::size_t count) {
   return inputs;
 }
 
-/// Results: the growth, the sizes of the rows, the multipliers of every row, then its upper part and the reciprocal of
-/// its pivot.
+/// Results: the growth, the sizes of the rows, the multipliers of every row, then its upper part
+/// and the reciprocal of its pivot.
 Program factor_program(const Elimination& order, const std::vector<StraightLU::Position>& positions,
                        bool complex) {
   Writer writer(positions.size() * (complex ? 2 : 1));

@@ -33,14 +33,15 @@ class StraightLU {
   static std::vector<StraightLU> remembered(int n, const std::vector<Position>& positions, bool complex);
   static constexpr std::size_t most_remembered = 4;
 
-  /// False if a pivot is zero, the multipliers of a row add up to more than 10⁴ (rows of this matrix scaled to largest
-  /// entries of 1; Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., §9.3), or a number is not finite:
-  /// nothing is factorised then.
+  /// False if a pivot is zero, the multipliers of a row add up to more than 10⁴ (rows of this matrix scaled
+  /// to largest entries of 1; Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., §9.3), or a
+  /// number is not finite: nothing is factorised then.
   bool factorise(const double* values);
   /// b ← A⁻¹ b, n numbers or pairs. Requires a factorisation.
   void solve(double* b);
 
-  /// The smallest pivot of the factorisation, rows scaled to largest entries of 1: near 0 close to a singular matrix.
+  /// The smallest pivot of the factorisation, rows scaled to largest entries of 1:
+  /// near 0 close to a singular matrix.
   double weakest_pivot() const;
 
   std::size_t instructions() const;  ///< of factorisation and solution together

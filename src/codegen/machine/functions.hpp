@@ -16,8 +16,8 @@ inline const void* lane_function(Op op, int lanes) {
   return lanes == 8 ? lane_function8(op) : lane_function4(op);
 }
 
-/// ln and exp of one number with the bits that lanes get, for results that must be equal with and without lanes; those of
-/// the C library where the processor or the build has no lanes.
+/// ln and exp of one number with the bits that lanes get, for results that must be equal with and without
+/// lanes; those of the C library where the processor or the build has no lanes.
 double lane_log(double a);
 double lane_exp(double a);
 

@@ -5,7 +5,8 @@
 // memory, or both; inputs, constants and outputs have their home from the start, others
 // get a slot of the workspace when they must leave their register. The register given up
 // is the one whose value is needed last (Belady, IBM Systems Journal 5, 1966). Functions
-// are those that the tape calls (libm's; sines and cosines four at a time, functions.hpp), so both agree bit for bit.
+// are those that the tape calls (libm's; sines and cosines four at a time,
+// functions.hpp), so both agree bit for bit.
 #pragma once
 
 #include <cstddef>

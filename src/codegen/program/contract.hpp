@@ -11,8 +11,8 @@ namespace pendula::codegen {
 /// Machine with Rounding::fused: the tape does not know these operations. Cost: linear.
 Program contracted(const Program& program);
 
-/// Only the products in place of divisions: for the right-hand sides of differential equations, in which forces that
-/// fall with distance divide every component by the same power. Cost: linear.
+/// Only the products in place of divisions: for the right-hand sides of differential equations, in which
+/// forces that fall with distance divide every component by the same power. Cost: linear.
 Program with_shared_reciprocals(const Program& program);
 
 }  // namespace pendula::codegen

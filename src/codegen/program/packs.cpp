@@ -127,7 +127,8 @@ class Packing {
     }
     return true;
   }
-  /// Outputs of one shape, four by four; of two or three at the end of a row the window goes back over others.
+  /// Outputs of one shape, four by four; of two or three at the end of a row the
+  /// window goes back over others.
   std::vector<Slot> find_windows() const {
     std::vector<Slot> list;
     std::vector<char> done(p_.results.size(), 0);
@@ -269,7 +270,8 @@ class Packing {
     return wide;
   }
 
-  /// Operands of a lane in the order of those of the first lane: by their shape, else by neighbours among the inputs.
+  /// Operands of a lane in the order of those of the first lane: by their shape, else
+  /// by neighbours among the inputs.
   bool changes_places(const Instruction& first, const Instruction& i, Slot l) const {
     const Slot a = i.operand[0], b = i.operand[1], a0 = first.operand[0], b0 = first.operand[1];
     const auto same = [&](Slot v, Slot w) {
@@ -292,8 +294,8 @@ class Packing {
   std::unordered_map<Tuple, Slot, TupleHash> packs_;
 };
 
-/// Distances between outputs of one shape: 1; the number of unknowns that repeat, the most frequent one; 2 and 3 for
-/// points in the plane and in space, whose coordinates have one shape.
+/// Distances between outputs of one shape: 1; the number of unknowns that repeat, the most frequent one; 2
+/// and 3 for points in the plane and in space, whose coordinates have one shape.
 std::vector<Slot> strides(const Program& p, const Shapes& shapes) {
   std::unordered_map<std::uint64_t, Slot> last;
   std::map<Slot, int> count;

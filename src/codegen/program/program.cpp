@@ -95,8 +95,9 @@ class Lowering {
     return made ? emit({.op = op, .operand = {a, b, c}}) : known->second;
   }
 
-  /// Distances between bodies are written with xᵢ - xⱼ in the equation of one and with xⱼ - xᵢ in that of the other:
-  /// mirrored_ says which of the two every square is taken of, and what is the same then is computed once.
+  /// Distances between bodies are written with xᵢ - xⱼ in the equation of one and with xⱼ - xᵢ
+  /// in that of the other: mirrored_ says which of the two every square is taken of, and what is
+  /// the same then is computed once.
   void find_mirrored(const std::vector<Expr>& order) {
     std::map<std::pair<Slot, Slot>, Expr> first;
     for (Expr node : order) {

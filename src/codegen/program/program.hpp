@@ -22,8 +22,8 @@ enum class Part : std::uint8_t { none, factor, solve, component, fused, gather }
 /// the right side; component: operand[0] is the solve, operand[1] the number of the component.
 /// A factor with a band (band.hpp) has the main diagonal and those below it as extra operands.
 /// fused: operands a, b, c; a·b + c for Op::add, a·b - c for Op::sub, c - a·b for Op::neg (contract.hpp).
-/// wide: four operations of this kind at once on wide operands (packs.hpp); gather: the extra operands are four
-/// numbers that become a wide value; component of a wide value: one of its numbers.
+/// wide: four operations of this kind at once on wide operands (packs.hpp); gather: the extra operands are
+/// four numbers that become a wide value; component of a wide value: one of its numbers.
 struct Instruction {
   Op op;
   Part part = Part::none;

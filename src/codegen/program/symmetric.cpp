@@ -261,7 +261,8 @@ Slot is_sound(const SymmetricFactor& f, Slot zero, Slot smallest, const Emit& em
     const Slot margin = of_mass && !changed ? pivot
                         : of_mass           ? emit(Op::sub, pivot, bound)
                                             : emit(Op::sub, bound, pivot);
-    // A margin that is no number stands behind one that is not positive, which this order of the operands keeps.
+    // A margin that is no number stands behind one that is not positive, which this
+    // order of the operands keeps.
     least = least ? emit(Op::min, margin, *least) : margin;
   }
   Slot sound = emit(Op::lt, zero, *least);

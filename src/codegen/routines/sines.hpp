@@ -1,5 +1,5 @@
-// Sine and cosine of compiled programs: SLEEF's, at most 1 ulp off, whose bits are the same for one angle and for four
-// at once. Where the processor or the build has no lanes, those of the C library.
+// Sine and cosine of compiled programs: SLEEF's, at most 1 ulp off, whose bits are the same for one angle and
+// for four at once. Where the processor or the build has no lanes, those of the C library.
 #pragma once
 
 #include <cstddef>

@@ -8,8 +8,8 @@
 namespace pendula::codegen {
 namespace {
 
-/// List scheduling: of all operations that are ready, the one with most instructions runs next, all of them
-/// at once.
+/// List scheduling: of all operations that are ready, the one with most instructions
+/// runs next, all of them at once.
 class Schedule {
  public:
   explicit Schedule(const Program& program)

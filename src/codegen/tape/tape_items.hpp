@@ -1,8 +1,8 @@
 // First half of the way from a program to a tape: what the tape does, item by item.
 //
-// An item is a vector loop, an operation without pattern, or part of a linear system. Every item gets slots of
-// its own, numbered behind the inputs and constants; the second half (tape_layout.cpp) fuses the loops, puts
-// the items in their final order and gives the slots places in the workspace, which are used again.
+// An item is a vector loop, an operation without pattern, or part of a linear system. Every item gets slots
+// of its own, numbered behind the inputs and constants; the second half (tape_layout.cpp) fuses the loops,
+// puts the items in their final order and gives the slots places in the workspace, which are used again.
 //
 //   program     v3 = x0·y0   v4 = x1·y1   …   v10 = x7·y7   v11 = v3 + v4   v12 = v11 + v5   …
 //   schedule    mul: v3 … v10          add: v11          add: v12          …

@@ -1,5 +1,5 @@
-// Second half of the way from a program to a tape: loops that can run together are fused, items get their step,
-// results a place in the workspace until their last use.
+// Second half of the way from a program to a tape: loops that can run together are fused, items get their
+// step, results a place in the workspace until their last use.
 #include <algorithm>
 #include <map>
 #include <numeric>
@@ -12,8 +12,8 @@ namespace {
 
 Slot rounded(Slot size) { return (size + 7) / 8 * 8; }  // loops begin with a line of the cache
 
-/// Items that run together: those of one fused loop, or operations without pattern of one kind, or one linear
-/// system.
+/// Items that run together: those of one fused loop, or operations without pattern of
+/// one kind, or one linear system.
 struct Step {
   std::vector<Slot> items;
 };
@@ -101,8 +101,8 @@ std::vector<std::vector<Dead>> dead_after(const Program& p, const TapeItems& mad
 
 }  // namespace
 
-/// Places in the workspace, taken and given back; the one given back last is taken first while it is still in
-/// the cache.
+/// Places in the workspace, taken and given back; the one given back last is taken first
+/// while it is still in the cache.
 class Workspace {
  public:
   explicit Workspace(Slot first) : end_(first) {}

@@ -8,8 +8,8 @@
 
 namespace pendula::dae {
 
-/// The unknowns of a model and their derivatives, numbered: x_j^(k) is j·stride + k. Numbers follow the order of
-/// the model's variables, so that nothing depends on the ids of leaves.
+/// The unknowns of a model and their derivatives, numbered: x_j^(k) is j·stride + k. Numbers follow the order
+/// of the model's variables, so that nothing depends on the ids of leaves.
 class UnknownNumbers {
  public:
   explicit UnknownNumbers(const Model& model);

@@ -13,9 +13,9 @@ namespace pendula::dae {
 /// values) defines x = -e/c. It is written into the other equations where they do not grow by more than a few
 /// terms: always for x = const, x = ±y, x = c·y; for sums and for nonlinear e as a pivot of least fill-in
 /// (Markowitz, Management Science 3(3), 1957). A differentiated x is eliminated, with the derivatives
-/// of its definition, where these do not bring in more derivatives than go with x; the solutions are the same:
-/// an equation between two states disappears this way, positions of rigid bodies follow from the coordinates
-/// of their joints, and the index falls with it.
+/// of its definition, where these do not bring in more derivatives than go with x; the solutions are the
+/// same: an equation between two states disappears this way, positions of rigid bodies follow from the
+/// coordinates of their joints, and the index falls with it.
 ///
 /// zeros    parameters that become the number 0 before: what they multiply is gone, the index is that of the
 ///          rest, and nothing divides by them

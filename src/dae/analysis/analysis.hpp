@@ -1,9 +1,9 @@
 // Structural analysis of a model, and whether its answer holds.
 //
-// analysis.hpp (here): Σ-method, system Jacobian and its rank, generically, at the parameter values, and on the
-// solutions. determinant_factors.hpp: the factors of det J, where the answer fails. classification.hpp: the same in
-// words for models with unspecified functions. The analysis says what the structure says and how its Jacobian
-// stands; the index as far as it is known at all is in index/differentiation_index.hpp.
+// analysis.hpp (here): Σ-method, system Jacobian and its rank, generically, at the parameter values, and on
+// the solutions. determinant_factors.hpp: the factors of det J, where the answer fails. classification.hpp:
+// the same in words for models with unspecified functions. The analysis says what the structure says and how
+// its Jacobian stands; the index as far as it is known at all is in index/differentiation_index.hpp.
 #pragma once
 
 #include <optional>

@@ -49,8 +49,8 @@ Blocks blocks_of(const Model& model, const Analysis& analysis);
 std::string conditions_text(const DeterminantFactors& validity,
                             std::optional<DeterminantFactor::Kind> kind = {});
 
-/// Parameters and values for which a factor of parameters alone vanishes: a₅ = a₁; a = b and a = -b of a² - b²; one
-/// parameter of each irreducible factor over ℚ, where that is linear or a pure square in it.
+/// Parameters and values for which a factor of parameters alone vanishes: a₅ = a₁; a = b and a = -b of
+/// a² - b²; one parameter of each irreducible factor over ℚ, where that is linear or a pure square in it.
 std::vector<std::pair<Expr, Expr>> exceptional_values(Expr factor);
 
 }  // namespace pendula::dae

@@ -17,9 +17,9 @@
 
 namespace pendula::dae {
 
-/// Rows without derivatives, after elimination of unknowns by rows that are linear in one with a number as its factor: with
-/// x + y + z = 2, x² + y² + z² = 1 becomes definite. By short rows only: forces of springs, substituted into each other,
-/// took half a minute to simplify.
+/// Rows without derivatives, after elimination of unknowns by rows that are linear in one with a number as
+/// its factor: with x + y + z = 2, x² + y² + z² = 1 becomes definite. By short rows only: forces of springs,
+/// substituted into each other, took half a minute to simplify.
 static std::vector<Expr> without_linear_rows(std::vector<Expr> rows) {
   constexpr std::size_t few = 8, short_row = 60, short_solution = 20;  // rows; nodes
   const auto is_long = [](Expr e, std::size_t most) { return topological({&e, 1}).size() > most; };

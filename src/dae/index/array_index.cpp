@@ -157,9 +157,9 @@ Determination without_points(Determination d, const PointSet& points, int k) {
   return d;
 }
 
-/// The smallest k' ≤ k for which F_k' determines x′ at these points too: points found for less derivatives may all have
-/// been on a set where the equations lose rank (y² (3 y′ + y) = 0 at y = 0), but points of F_k = 0 where its rows are
-/// independent are no such points.
+/// The smallest k' ≤ k for which F_k' determines x′ at these points too: points found for less derivatives
+/// may all have been on a set where the equations lose rank (y² (3 y′ + y) = 0 at y = 0), but points of
+/// F_k = 0 where its rows are independent are no such points.
 int least_order(const std::vector<const PointRanks*>& regular, int k, int n) {
   while (k > 0 && std::all_of(regular.begin(), regular.end(), [&](const PointRanks* p) {
            const ArrayRanks::OfPrefix& before = p->ranks.prefixes[k - 1];

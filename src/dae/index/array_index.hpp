@@ -71,8 +71,8 @@ struct ArrayOptions {
   std::vector<std::pair<int, std::unordered_map<Expr, double>>> from = {};
   bool numeric = false;    ///< ranks from singular values for linear systems too
   bool conditions = true;  ///< written out; otherwise only counted
-  /// A consistent point (ConsistentState::values): the ranks are taken there too, and a loss of rank makes the verdict
-  /// `singular`.
+  /// A consistent point (ConsistentState::values): the ranks are taken there too, and a loss of
+  /// rank makes the verdict `singular`.
   const std::unordered_map<Expr, double>* at = nullptr;
 };
 

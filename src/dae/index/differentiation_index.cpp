@@ -176,7 +176,8 @@ IndexResult confirmed_structure(const Model& m, const Analysis& a) {
   return t;
 }
 
-/// The derivative array at consistent points of the regularised equations, which Newton's method finds more easily.
+/// The derivative array at consistent points of the regularised equations, which
+/// Newton's method finds more easily.
 ArrayResult array_from_regularised(const Model& m, const Regularised& r, ArrayOptions options) {
   constexpr int seeds = 8;
   const Model& other = *r.model;

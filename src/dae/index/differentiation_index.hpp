@@ -1,12 +1,12 @@
 // Differentiation index and degrees of freedom of a model, and its hidden constraints.
 //
 // One question, several methods: the exact shuffle algorithm for linear systems with constant coefficients
-// (pencil/), ranks of the derivative array (array_index.hpp) at points that satisfy it (points/), the structural
-// analysis where its system Jacobian is regular (analysis/), and the structure of regularised equations
-// (regularise/). structural_index_check.hpp compares structure and derivative array; hidden_constraints.hpp and
-// array_conditions.hpp write the conditions on the states down; near_singular.hpp says what small numbers would change.
-// differentiation_index() here asks the methods in an order from exact to numeric and says by which evidence the answer
-// is known. docs/derivations.md#index.
+// (pencil/), ranks of the derivative array (array_index.hpp) at points that satisfy it (points/), the
+// structural analysis where its system Jacobian is regular (analysis/), and the structure of regularised
+// equations (regularise/). structural_index_check.hpp compares structure and derivative array;
+// hidden_constraints.hpp and array_conditions.hpp write the conditions on the states down; near_singular.hpp
+// says what small numbers would change. differentiation_index() here asks the methods in an order from exact
+// to numeric and says by which evidence the answer is known. docs/derivations.md#index.
 #pragma once
 
 #include "dae/analysis/analysis.hpp"
@@ -41,8 +41,8 @@ struct HiddenConstraints {
 /// answer is then in the notes. Answers are remembered by the equations and parameter values.
 ///
 /// requires  as many equations as unknowns (throws Error)
-/// throws    Failure that says what each method found, where none leads to an index: singular systems, an index
-///           that depends on the point
+/// throws    Failure that says what each method found, where none leads to an index: singular systems, an
+///           index that depends on the point
 IndexResult differentiation_index(const Model& model, const Analysis& analysis);
 IndexResult differentiation_index(const Model& model);
 

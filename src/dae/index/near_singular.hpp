@@ -12,8 +12,8 @@ namespace pendula::dae {
 /// "index 2, 1 free initial value"
 std::string answer_text(int index, int dof);
 
-/// A second answer, with constants of the size of rounding errors taken as 0: 0.1 + 0.2 - 0.3 among numbers of size 1,
-/// 100·1.1 - 110. Decimals as typed are exact and do not count.
+/// A second answer, with constants of the size of rounding errors taken as 0: 0.1 + 0.2 - 0.3 among numbers
+/// of size 1, 100·1.1 - 110. Decimals as typed are exact and do not count.
 ///
 /// here       the answer as given; answer_in: that of another model
 /// cost       one more analysis where there are such constants
@@ -21,8 +21,8 @@ std::string answer_text(int index, int dof);
 std::optional<std::string> note_on_rounding(const Model& model, const std::string& here,
                                             const std::function<std::string(const Model&)>& answer_in);
 
-/// What it is if pivots of the system Jacobian that differ by more than rounding explains are counted as 0. Up to 12
-/// unknowns.
+/// What it is if pivots of the system Jacobian that differ by more than rounding explains are
+/// counted as 0. Up to 12 unknowns.
 std::optional<std::string> note_on_pivots(const Model& model, const Analysis& analysis,
                                           const std::string& here);
 

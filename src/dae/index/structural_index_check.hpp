@@ -16,8 +16,8 @@ namespace pendula::dae {
 ///           exactly, 0 at once
 int points_of_agreement(const Model& model, const Analysis& analysis);
 
-/// The number of points (at most 3) of F_k = 0 at which x′ is not determined, so that the index is above k; 0 if x′ is
-/// determined at one of them. Cost: a dense rank of order (k + 1) n at each.
+/// The number of points (at most 3) of F_k = 0 at which x′ is not determined, so that the index is above k; 0
+/// if x′ is determined at one of them. Cost: a dense rank of order (k + 1) n at each.
 int points_beyond(const Model& model, int k);
 
 }  // namespace pendula::dae

@@ -2,8 +2,8 @@
 // and as LaTeX, and columns take the names they have when the line is read.
 //
 // A marked line is an ordinary string. \x1d…\x1e encloses the number of an expression (or of the entries of a
-// column or matrix) in the graph, \x1c…\x1f a formula made of such references and of signs; \x1a or \x1b at the
-// beginning says that the line belongs to a detailed derivation.
+// column or matrix) in the graph, \x1c…\x1f a formula made of such references and of signs; \x1a or \x1b at
+// the beginning says that the line belongs to a detailed derivation.
 #pragma once
 
 #include <string>

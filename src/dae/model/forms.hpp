@@ -11,8 +11,8 @@ ModelPtr semi_explicit(const VecX& x, const VecX& z, const VecX& u, const VecX& 
 ModelPtr implicit(const VecX& x, const VecX& z, const VecX& u, const VecX& F, std::string name = "");
 ModelPtr linear(const MatX& E, const MatX& A, const MatX& B, VecX x, VecX u, std::string name = "");
 
-/// Conversions between the classes of Brenan, Campbell & Petzold §1.2. Semi-explicit: solved equations stay, otherwise x′ = δ with new
-/// algebraic δ.
+/// Conversions between the classes of Brenan, Campbell & Petzold §1.2. Semi-explicit: solved equations stay,
+/// otherwise x′ = δ with new algebraic δ.
 ModelPtr to_semi_explicit(const ModelPtr& model);
 ModelPtr to_implicit(const ModelPtr& model);
 /// Variables of order > 1 get their derivatives as new variables: q″ = f becomes q′ = v, v′ = f.

@@ -1,4 +1,5 @@
-// Equations as lines of a LaTeX page: broken at + and - where they are too wide, numbered as the model numbers them.
+// Equations as lines of a LaTeX page: broken at + and - where they are too wide,
+// numbered as the model numbers them.
 #pragma once
 
 #include <string>
@@ -16,7 +17,8 @@ std::vector<std::string> line_pieces(const std::string& latex, int widest = line
 /// "left = right" for a display: as it is, or in aligned where it is cut.
 std::string broken_equation(const std::string& equation);
 
-/// The equations of a model as an align environment with their numbers as tags: a fragment that amsmath compiles.
+/// The equations of a model as an align environment with their numbers as tags: a
+/// fragment that amsmath compiles.
 std::string latex(const Model& model);
 
 }  // namespace pendula::dae

@@ -115,8 +115,8 @@ ModelPtr original(const ModelPtr& m) {
   return copy;
 }
 
-/// The derivative of an unknown that is eliminated, where only the unknown itself has a relation: w = phi′ with
-/// phi = a - b means a′ - b′.
+/// The derivative of an unknown that is eliminated, where only the unknown itself has a relation: w = phi′
+/// with phi = a - b means a′ - b′.
 static Substitution derivatives_of_relations(const Model& model, Expr e) {
   Substitution result;
   for (Expr leaf : leaves({&e, 1})) {
@@ -142,7 +142,8 @@ Expr resolve(const Model& model, Expr e) {
     e = substitute(e, more);
   }
   // Symbols that a descendant introduced (v for q′) mean the older expression in an ancestor: the relations
-  // of the descendant, read backwards, are kept by the caller that knows both models (ConsistentState::value).
+  // of the descendant, read backwards, are kept by the caller that knows both models
+  // (ConsistentState::value).
   return e;
 }
 

@@ -46,12 +46,12 @@ struct Chain {
 };
 std::vector<Chain> chains(const Model& model, const Model& low);
 
-/// The model that a reduced form was made from, with the form's parameter values; the model itself if it is
-/// none.
+/// The model that a reduced form was made from, with the form's parameter values;
+/// the model itself if it is none.
 ModelPtr original(const ModelPtr& m);
 
-/// An expression in symbols of this model or of its lineage, rewritten in unknowns of this model (q.dot ->
-/// v).
+/// An expression in symbols of this model or of its lineage, rewritten in unknowns
+/// of this model (q.dot -> v).
 Expr resolve(const Model& model, Expr e);
 
 /// "C₁′ = 0"; a condition that is an equation of the model by its number: "(5)′".

@@ -1,15 +1,16 @@
-// Models: equations between expressions, the unknowns they contain, parameter values, and where they came from.
+// Models: equations between expressions, the unknowns they contain, parameter
+// values, and where they came from.
 //
-// This folder knows what a model is and how one is made from another, and nothing about its index: model.hpp the
-// value, make_model.hpp its construction, forms.hpp the classes of the textbooks and their conversions,
-// first_order.hpp and solved_rows.hpp the views that integrators and reductions take, lineage.hpp what a derived
-// model inherits, derivation_markup.hpp the lines of a derivation, model_key.hpp the key under which answers about
-// a model are cached.
+// This folder knows what a model is and how one is made from another, and nothing about its index: model.hpp
+// the value, make_model.hpp its construction, forms.hpp the classes of the textbooks and their conversions,
+// first_order.hpp and solved_rows.hpp the views that integrators and reductions take, lineage.hpp what a
+// derived model inherits, derivation_markup.hpp the lines of a derivation, model_key.hpp the key under which
+// answers about a model are cached.
 //
-// A model is an immutable value. Every operation (reduce, first_order, with …) returns a new model whose
-// lineage says which model it was made from, step by step (trace), and which of its symbols mean which
-// expressions of its ancestors (relations): a start or an expression of one form can be used with every other
-// form.
+// A model is an immutable value. Every operation (reduce, first_order, with …) returns a new
+// model whose lineage says which model it was made from, step by step (trace), and which of its
+// symbols mean which expressions of its ancestors (relations): a start or an expression of one
+// form can be used with every other form.
 #pragma once
 
 #include <memory>

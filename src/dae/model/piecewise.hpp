@@ -14,12 +14,14 @@ namespace pendula::dae {
 struct Region {
   std::string where;  ///< "x < 0, z ≥ 0"
   Model model;        ///< residuals without the pieces
-  /// Not negative in the region, without the pieces. Of 0 = min(a, b) where a < b: b itself, in its own units.
+  /// Not negative in the region, without the pieces. Of 0 = min(a, b) where a < b: b
+  /// itself, in its own units.
   std::vector<Expr> margins;
 };
 
-/// The branches of a piecewise model: every ifelse, abs, min and max is one of two expressions. Nodes with one
-/// border are one choice. Those under a root, √|y|, are none: √y, which has no slope at y = 0, would end there.
+/// The branches of a piecewise model: every ifelse, abs, min and max is one of two expressions.
+/// Nodes with one border are one choice. Those under a root, √|y|, are none: √y, which has no
+/// slope at y = 0, would end there.
 class Choices {
  public:
   explicit Choices(const Model& model);
@@ -28,7 +30,8 @@ class Choices {
   Region region(std::uint64_t choice) const;
   /// The sides that are in force at values; leaves without value count as 0.
   std::uint64_t active(const std::unordered_map<Expr, double>& values) const;
-  /// The choices that these values decide, borders that contain nothing else and are not 0 there, and their sides.
+  /// The choices that these values decide, borders that contain nothing else and are
+  /// not 0 there, and their sides.
   struct Decided {
     std::uint64_t choices = 0, sides = 0;
     bool allow(std::uint64_t choice) const { return (choice & choices) == sides; }
@@ -58,8 +61,8 @@ bool is_root(Expr e);
 /// 0 = min(a, b) or 0 = max(a, b), up to a sign.
 bool is_complementarity(Expr residual);
 
-/// 0 for each sign whose argument vanishes where 0 = c for all c: a body held by a stop rests, and its dry friction is
-/// that of neither side.
+/// 0 for each sign whose argument vanishes where 0 = c for all c: a body held by a stop rests, and its dry
+/// friction is that of neither side.
 Substitution resting_signs(const std::vector<Expr>& residuals, const std::vector<Expr>& conditions);
 
 /// All combinations of at most three choices; empty if there are none, or more.

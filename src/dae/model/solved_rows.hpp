@@ -14,8 +14,8 @@ struct Solved {
   Expr f;
   Expr slope = 1;  ///< its coefficient in the row, which f was divided by
 };
-/// Rows that contain one top derivative, linearly, with a coefficient free of unknowns; each derivative at
-/// most once.
+/// Rows that contain one top derivative, linearly, with a coefficient free of
+/// unknowns; each derivative at most once.
 std::vector<Solved> solved_rows(const Model& model);
 
 /// x_j⁽ᵏ⁾ = f, row by row, and no such derivative in any f. Cost: one pass over all f together.

@@ -82,8 +82,8 @@ WongSpaces wong_spaces(const RationalMatrix& E, const RationalMatrix& A) {
   return s;
 }
 
-/// Every set of columns that the block-diagonal matrix m couples is scaled to coprime integers as a whole: m
-/// stays.
+/// Every set of columns that the block-diagonal matrix m couples is scaled to
+/// coprime integers as a whole: m stays.
 RationalMatrix scaled_chains(RationalMatrix basis, const RationalMatrix& m) {
   for (int first = 0, last; first < m.rows(); first = last + 1) {
     last = first;
@@ -195,8 +195,8 @@ LinearIndex linear_index(const LinearForm& f) {
   std::vector<int> algebraic;
   for (int j = 0; j < f.size(); ++j)
     if (f.E.columns(j, 1).is_zero()) algebraic.push_back(j);
-  // Conditions that contain algebraic variables are solved for one each; what is left of the others is in the
-  // states.
+  // Conditions that contain algebraic variables are solved for one each; what is left
+  // of the others is in the states.
   std::vector<std::pair<int, ShuffleConstraint>> pivots;
   for (ShuffleConstraint c : s.constraints) {
     for (const auto& [j, row] : pivots) {

@@ -1,4 +1,5 @@
-// Linear systems with constant coefficients, E x′ = A x + B u + f(t), exact over ℚ: docs/derivations.md#pencil.
+// Linear systems with constant coefficients, E x′ = A x + B u + f(t), exact over ℚ:
+// docs/derivations.md#pencil.
 //
 // The pencil sE - A decides everything: it is regular where det(sE - A) is not identically zero; then the
 // degree of the determinant is the number of free initial values, and matrices S, T exist with
@@ -44,8 +45,8 @@ struct LinearForm {
 std::optional<LinearForm> linear_form(const Model& model, std::string* reason = nullptr,
                                       const ParameterValues& values = {}, int most = 300);
 
-/// The quantities that index analysis needs, without transformations: fast and sparse (a second for a hundred
-/// equations).
+/// The quantities that index analysis needs, without transformations: fast and sparse (a
+/// second for a hundred equations).
 struct LinearIndex {
   bool regular = false;  ///< the rest is meaningless if not
   int index = 0, dof = 0;
@@ -55,8 +56,8 @@ struct LinearIndex {
 /// By the shuffle algorithm (pencil_shuffle.hpp), exactly.
 LinearIndex linear_index(const LinearForm& form);
 
-/// Polynomial combinations that make a pencil singular: y(s)ᵀ(sE - A) = 0 or (sE - A) x(s) = 0 of least
-/// degree.
+/// Polynomial combinations that make a pencil singular: y(s)ᵀ(sE - A) = 0 or
+/// (sE - A) x(s) = 0 of least degree.
 struct PolynomialVector {
   RationalMatrix coefficient;  ///< column k belongs to sᵏ; coprime integers
 };

@@ -59,8 +59,8 @@ Polynomial in_units(Polynomial p, long k) {
   return p;
 }
 
-/// Zeros of a monic polynomial without multiple zeros: eigenvalues of its companion matrix in units of their size,
-/// sharpened by Newton.
+/// Zeros of a monic polynomial without multiple zeros: eigenvalues of its companion matrix in units of
+/// their size, sharpened by Newton.
 std::vector<std::complex<double>> zeros(const Polynomial& given) {
   const long unit = binary_size(given);
   const Polynomial p = in_units(given, unit);
@@ -75,8 +75,8 @@ std::vector<std::complex<double>> zeros(const Polynomial& given) {
   std::vector<std::complex<double>> list;
   for (Eigen::Index i = 0; i < n; ++i) {
     const Complex start(eigen.re[i], eigen.im[i]);
-    // Beside much larger ones an eigenvalue may have lost all its digits (s² - 10⁸ s + 1: 7.5e-9 in place of 1e-8),
-    // so that Newton may go a third of the way to the next one.
+    // Beside much larger ones an eigenvalue may have lost all its digits (s² - 10⁸ s + 1: 7.5e-9 in place of
+    // 1e-8), so that Newton may go a third of the way to the next one.
     long double isolated = INFINITY;
     for (Eigen::Index j = 0; j < n; ++j)
       if (j != i) isolated = std::min(isolated, std::abs(Complex(eigen.re[j], eigen.im[j]) - start) / 3);

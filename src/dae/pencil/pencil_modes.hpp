@@ -1,5 +1,5 @@
-// Polynomials over the rationals and the zeros of those that matter: characteristic polynomials; exact
-// exponentials.
+// Polynomials over the rationals and the zeros of those that matter: characteristic
+// polynomials; exact exponentials.
 #pragma once
 
 #include <complex>
@@ -48,8 +48,8 @@ std::vector<Mode> modes(const std::vector<Factor>& factors);  ///< by real part,
 
 /// Chains for a nilpotent matrix: P with P⁻¹ m P = Jordan form (ones above the diagonal), long blocks first.
 RationalMatrix nilpotent_chains(const RationalMatrix& m);
-/// P with P⁻¹ m P = diag(Jordan blocks of the rational eigenvalues, rest); the factors of the characteristic
-/// polynomial.
+/// P with P⁻¹ m P = diag(Jordan blocks of the rational eigenvalues, rest); the factors of
+/// the characteristic polynomial.
 RationalMatrix jordan_basis(const RationalMatrix& m, const std::vector<Factor>& factors);
 
 /// e^{m t} v. Exact where the factors of the characteristic polynomial have degree 1 or 2; decimals in the

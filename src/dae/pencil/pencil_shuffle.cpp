@@ -111,8 +111,8 @@ class Shuffling {
     return sum;
   }
 
-  /// Marks every active row whose e depends on earlier ones and replaces it by the constraint that is left of
-  /// it.
+  /// Marks every active row whose e depends on earlier ones and replaces it by the
+  /// constraint that is left of it.
   int eliminate() {
     const int n = form_.size();
     dependent_.clear();
@@ -183,8 +183,8 @@ class Shuffling {
             old.origin,
             old.derivative + 1,
             {}};
-      // As a residual e x′ - a x - g the constraint is -(a x + g), and its derivative as a row has the other
-      // sign.
+      // As a residual e x′ - a x - g the constraint is -(a x + g), and its
+      // derivative as a row has the other sign.
       for (const auto& [equation, q] : old.of) r.of[{equation.first + 1, equation.second}] = -q;
       step(ShuffleStep::Kind::differentiation, {{1, old.name}}, r);
       next.push_back(std::move(r));

@@ -1,5 +1,5 @@
-// The shuffle algorithm: index reduction of E x′ = A x + g by combining and differentiating equations, as on
-// paper.
+// The shuffle algorithm: index reduction of E x′ = A x + g by combining and
+// differentiating equations, as on paper.
 //
 // Rows of E that depend on earlier ones are eliminated; what is left of them, 0 = a x + g, are constraints,
 // which are differentiated and take the places of the rows they came from. When E has become regular, the

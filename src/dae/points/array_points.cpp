@@ -30,8 +30,8 @@ Mat without_small(const Mat& J, double negligible) {
   return J.unaryExpr([&](double v) { return std::fabs(v) <= negligible ? 0.0 : v; });
 }
 
-/// Near a double root the last steps are rounding errors divided by its distance, 10⁻⁸, and may end by chance; there the
-/// Jacobian is as small. Rank that is lost altogether is another matter.
+/// Near a double root the last steps are rounding errors divided by its distance, 10⁻⁸, and may end by
+/// chance; there the Jacobian is as small. Rank that is lost altogether is another matter.
 bool is_nearly_singular(Mat J) {
   constexpr double near_double_root = 1e-7, rounding = 1e-13;
   for (Index i = 0; i < J.rows(); ++i)
@@ -132,8 +132,9 @@ void NumericArray::prepare() {
   row_unit_ = Vec::Ones(static_cast<Index>(rows_));
 }
 
-/// Units only where the model has sizes far from 1: nanometres, pascals. Long rows, derivatives of high order, say
-/// nothing that the equations they come from do not say; what these do not contain has the unit of its integral.
+/// Units only where the model has sizes far from 1: nanometres, pascals. Long rows, derivatives
+/// of high order, say nothing that the equations they come from do not say; what these do not
+/// contain has the unit of its integral.
 void NumericArray::measure(Units units, const std::unordered_map<Expr, double>& others) {
   constexpr double usual = 300;
   constexpr std::size_t many = 3000, short_row = 100;  // nodes: of all rows; of one, where they are many

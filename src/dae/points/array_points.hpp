@@ -1,10 +1,11 @@
 // Consistent points: values that satisfy the equations of a model and their derivatives, and ranks there.
 //
-// Whether a rank is lost depends on where it is taken: only points on the solutions count. derivative_array.hpp: F and
-// its derivatives as expressions. array_points.hpp (here): points with F_k = 0 by Gauss-Newton from seeded starts, and
-// the ranks of the derivative array there. consistent_point_rank.hpp: the rank of the system Jacobian at such
-// points. rank_on_zero_set.hpp: the same for a given set of equations. generic_functions.hpp: unspecified functions
-// replaced by functions with values. interval_proof.hpp: that there are no such points; completed_squares.hpp helps it.
+// Whether a rank is lost depends on where it is taken: only points on the solutions count.
+// derivative_array.hpp: F and its derivatives as expressions. array_points.hpp (here): points with F_k = 0 by
+// Gauss-Newton from seeded starts, and the ranks of the derivative array there. consistent_point_rank.hpp:
+// the rank of the system Jacobian at such points. rank_on_zero_set.hpp: the same for a given set of
+// equations. generic_functions.hpp: unspecified functions replaced by functions with values.
+// interval_proof.hpp: that there are no such points; completed_squares.hpp helps it.
 #pragma once
 
 #include <optional>
@@ -34,11 +35,13 @@ class NumericArray {
   /// Rows; units of unknowns are not looked for in more.
   static constexpr std::size_t most_measured = 300;
 
-  /// far_from_one: units only where some are. always: coefficients that vanish are told from small ones by them.
+  /// far_from_one: units only where some are. always: coefficients that vanish are
+  /// told from small ones by them.
   enum class Units { far_from_one, always };
 
   explicit NumericArray(const DerivativeArray& array, Units units = Units::far_from_one);
-  /// Any equations in any unknowns; units where the other leaves have the values of `others`, or those of known(0).
+  /// Any equations in any unknowns; units where the other leaves have the values of
+  /// `others`, or those of known(0).
   NumericArray(std::vector<Expr> rows, std::vector<Expr> columns, Units units = Units::far_from_one,
                const std::unordered_map<Expr, double>* others = nullptr);
 
@@ -48,9 +51,9 @@ class NumericArray {
   /// Values for t, inputs, parameters without value: drawn from the seed and the name, the same for every k.
   std::unordered_map<Expr, double> known(int seed) const;
 
-  /// From `w` to a solution of F_k = 0, the first `held` unknowns kept; nothing if there is none near. negligible:
-  /// entries of the scaled Jacobian that count as 0: near a singular point, coefficients that vanish there would
-  /// determine the highest derivatives from rounding errors.
+  /// From `w` to a solution of F_k = 0, the first `held` unknowns kept; nothing if there is none near.
+  /// negligible: entries of the scaled Jacobian that count as 0: near a singular point, coefficients that
+  /// vanish there would determine the highest derivatives from rounding errors.
   struct Solution {
     Vec w;
     bool slow;

@@ -150,8 +150,9 @@ Vec ConsistentPointRank::leading_units(const std::vector<Expr>& columns, const V
 
 /// Stage by stage, as Pryce (BIT 41(2), 2001, §3) solves for the Taylor coefficients: F_i^(c_i + s) = 0 for
 /// the x_j^(d_j + s), s = -max d … 0, each with what came before held. All at once, Gauss–Newton is drawn to
-/// points of low rank, where velocities are easier to satisfy: a parallelogram goes flat. Where a stage has no solution
-/// near 1, it has units of its own: derivatives of order 20 are as large as what came before makes them.
+/// points of low rank, where velocities are easier to satisfy: a parallelogram goes flat. Where
+/// a stage has no solution near 1, it has units of its own: derivatives of order 20 are as large
+/// as what came before makes them.
 std::optional<ConsistentPointRank::StagedValues> ConsistentPointRank::staged_values(
     int seed, const NumericArray& all) const {
   std::unordered_map<Expr, int> leading;
@@ -257,7 +258,8 @@ ConsistentPointRanks ConsistentPointRank::ranks(int wanted, int seeds) const {
     if (wanted == 1 && result.most == size_ && result.points > result.slow) break;
   }
   if (!staged_first) take_staged();
-  // Where the gradient of C³ vanishes, steps that end early are few: the rank beside the solutions is not the rank there.
+  // Where the gradient of C³ vanishes, steps that end early are few: the rank beside the
+  // solutions is not the rank there.
   constexpr int few = 5;
   if (result.slow >= few * result.points) result = {.slow = result.slow};
   if (result.points + result.slow == 0) {

@@ -1,5 +1,5 @@
-// F_k(t, x, y) = (F, dF/dt, …, dᵏF/dtᵏ), the equations of a DAE and their derivatives as expressions; what it is
-// for is said in index/array_index.hpp.
+// F_k(t, x, y) = (F, dF/dt, …, dᵏF/dtᵏ), the equations of a DAE and their derivatives as expressions; what it
+// is for is said in index/array_index.hpp.
 #pragma once
 
 #include <vector>

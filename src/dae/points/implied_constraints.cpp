@@ -28,10 +28,10 @@ Vec relative(const Vec& r, const Mat& J, const Vec& omega) {
   return r.cwiseAbs().cwiseQuotient(Vec::Ones(r.size()) + J.cwiseAbs() * omega.cwiseAbs());
 }
 
-/// Of two components of the set of positions, is it the first that the constraints were written for? A linkage may be
-/// rigid on one component and move on another, as a parallelogram with a third crank does: the one where coordinates
-/// move that are fixed on the other one. Or joints coincide on one of them, as two of Peaucellier's linkage may: bars
-/// between them say the same there, and the rank is lower.
+/// Of two components of the set of positions, is it the first that the constraints were written for? A
+/// linkage may be rigid on one component and move on another, as a parallelogram with a third crank does: the
+/// one where coordinates move that are fixed on the other one. Or joints coincide on one of them, as two of
+/// Peaucellier's linkage may: bars between them say the same there, and the rank is lower.
 bool is_rather_meant(const ConstraintRank& one, const ConstraintRank& other) {
   const auto moves_more = [](const ConstraintRank& a, const ConstraintRank& b) {
     return std::any_of(a.free.begin(), a.free.end(), [&](Expr q) { return !b.free.count(q); });
@@ -64,8 +64,8 @@ ConstraintPositions::ConstraintPositions(const std::vector<Expr>& C, std::vector
       depends_on_time_(
           std::any_of(C_.begin(), C_.end(), [](Expr c) { return depends_on(c, time_symbol()); })) {}
 
-/// Newton's method where the gradients are independent; elsewhere it is slow or fails, and least squares in a trust
-/// region converge still: the kept constraints bound the distance.
+/// Newton's method where the gradients are independent; elsewhere it is slow or fails, and least squares in a
+/// trust region converge still: the kept constraints bound the distance.
 std::optional<Vec> ConstraintPositions::position(const Vec& from, const Known& known) const {
   if (const auto at = all_.project(from, known, 0); at && !at->slow) return at->w;
   const Index n = from.size();
@@ -90,8 +90,8 @@ std::optional<Vec> ConstraintPositions::position(const Vec& from, const Known& k
   return w;
 }
 
-/// Rows whose gradients are independent and far from being dependent: the first whose part that is new is at least a
-/// third of the largest one.
+/// Rows whose gradients are independent and far from being dependent: the first whose part that is new is at
+/// least a third of the largest one.
 std::vector<int> ConstraintPositions::well_conditioned(Mat J) const {
   constexpr double enough = 0.3;
   for (Index i = 0; i < J.rows(); ++i)
@@ -133,10 +133,10 @@ double ConstraintPositions::driven_speed(const NumericArray& kept, const std::ve
   return kept.jacobian(at, known).completeOrthogonalDecomposition().solve(rates).norm();
 }
 
-/// Do all constraints hold where the kept ones do, a step away along every direction that these allow, and later? The
-/// step is shortened where it leads to no position or to a far one: q may be small beside its distance from the origin.
-/// So it is where the others do not hold, but have no gradient of their own beside: the step has passed a position in which
-/// the kept ones are dependent.
+/// Do all constraints hold where the kept ones do, a step away along every direction that these allow, and
+/// later? The step is shortened where it leads to no position or to a far one: q may be small beside its
+/// distance from the origin. So it is where the others do not hold, but have no gradient of their own beside:
+/// the step has passed a position in which the kept ones are dependent.
 bool ConstraintPositions::hold_beside(ConstraintRank& found, const NumericArray& kept, const Vec& at,
                                       const Known& known) const {
   constexpr double shares[] = {0.05, 5e-3, 5e-4,

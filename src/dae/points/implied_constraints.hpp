@@ -1,9 +1,10 @@
 // Constraints that follow from others of them where all hold, as in an overconstrained mechanism.
 //
-// The gradients of 0 = C(q) depend on each other at every position near one, though not generically: Bricard's linkage,
-// a parallelogram with a third crank, a circle written as a sphere, a plane and a cylinder. By the theorem of constant
-// rank r of them imply all others near there. A singular position is different: the gradients are dependent there, but
-// not at positions nearby, and no constraint follows from others.
+// The gradients of 0 = C(q) depend on each other at every position near one, though not generically:
+// Bricard's linkage, a parallelogram with a third crank, a circle written as a sphere, a plane and a
+// cylinder. By the theorem of constant rank r of them imply all others near there. A singular
+// position is different: the gradients are dependent there, but not at positions nearby, and no
+// constraint follows from others.
 #pragma once
 
 #include <optional>
@@ -43,8 +44,8 @@ class ConstraintPositions {
   ConstraintRank near(const std::unordered_map<Expr, double>& values) const;
   /// Of the coordinates, as far as C tells them.
   const Vec& units() const { return all_.unit(); }
-  /// At positions found from seeded values. Where they differ, the one where coordinates move that are fixed at the
-  /// others, otherwise the one of largest rank.
+  /// At positions found from seeded values. Where they differ, the one where coordinates move that are fixed
+  /// at the others, otherwise the one of largest rank.
   ConstraintRank anywhere() const;
 
  private:

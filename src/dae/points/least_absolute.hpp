@@ -1,4 +1,5 @@
-// Linear equations in the sense of least absolute deviations, of one pattern and with right sides that change.
+// Linear equations in the sense of least absolute deviations, of one pattern and
+// with right sides that change.
 #pragma once
 
 #include <Eigen/SparseCholesky>
@@ -12,8 +13,8 @@
 
 namespace pendula::dae {
 
-/// min Σ weight |equation|, by reweighted least squares; what nothing determines stays at 0. Of one pattern, which is
-/// analysed once.
+/// min Σ weight |equation|, by reweighted least squares; what nothing determines stays at 0. Of one
+/// pattern, which is analysed once.
 class LeastAbsolute {
  public:
   using Index = Eigen::Index;

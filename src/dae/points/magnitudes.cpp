@@ -18,7 +18,8 @@ struct SizeEquations::Parts {
     std::size_t constant = 0;  ///< its place in Constants
   };
 
-  /// Logarithms that depend on the values of leaves: each is one of a value, or a + factor b of two before it. Number 0 is 0.
+  /// Logarithms that depend on the values of leaves: each is one of a value, or a + factor b
+  /// of two before it. Number 0 is 0.
   class Constants {
    public:
     std::vector<double> value{0};
@@ -85,8 +86,8 @@ bool has_small_terms(const std::vector<std::size_t>& constants, const std::vecto
   return most - least >= small_beside;
 }
 
-/// Without terms in the same unknowns as another one that are 10¹⁰ times smaller: cos(π/2) = 6e-17 of a sum with sin x
-/// says nothing about sizes.
+/// Without terms in the same unknowns as another one that are 10¹⁰ times smaller: cos(π/2) = 6e-17 of a sum
+/// with sin x says nothing about sizes.
 std::vector<char> not_negligible(const Terms& terms, const std::vector<double>& value) {
   std::vector<char> counts(terms.constant.size(), 1);
   std::vector<double> largest(counts.size(), -INFINITY);

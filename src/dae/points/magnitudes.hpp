@@ -29,8 +29,9 @@ Magnitudes magnitudes(const std::vector<Expr>& rows, std::size_t equations, cons
                       const std::unordered_map<Expr, double>& known,
                       const std::vector<std::pair<Expr, double>>& anchors);
 
-/// magnitudes() of the same rows again and again, with other values of `leaves`: the logarithms of all terms are sums
-/// of logarithms of these values, and which of them occur depends on little more than which values are 0.
+/// magnitudes() of the same rows again and again, with other values of `leaves`: the logarithms
+/// of all terms are sums of logarithms of these values, and which of them occur depends on
+/// little more than which values are 0.
 class SizeEquations {
  public:
   using Anchors = std::vector<std::pair<Eigen::Index, double>>;  ///< by the place of the unknown
@@ -40,8 +41,8 @@ class SizeEquations {
                 std::span<const Expr> leaves, std::span<const double> values);
   ~SizeEquations();
 
-  /// Nothing where other terms occur than in the values it was made with. Cost: linear, and five factorisations of a
-  /// sparse matrix of the unknowns.
+  /// Nothing where other terms occur than in the values it was made with. Cost: linear, and five
+  /// factorisations of a sparse matrix of the unknowns.
   std::optional<Magnitudes> operator()(std::span<const double> values, const Anchors& anchors);
 
   struct Parts;

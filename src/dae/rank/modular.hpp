@@ -4,8 +4,9 @@
 // A polynomial or rational identity holds at a random point of a large field with probability at most
 // degree/2⁶¹ (Schwartz 1980, Zippel 1979): a matrix that has full rank there has full rank at almost every
 // real point, and one that is singular at several points is identically singular. Which identities of other
-// functions are kept is said in expr/generic/generic.hpp; rank lost through any other is not seen here but by the
-// numeric rank (rank.hpp). Of ifelse, abs, min and max one region is taken, the other at every second point.
+// functions are kept is said in expr/generic/generic.hpp; rank lost through any other is not
+// seen here but by the numeric rank (rank.hpp). Of ifelse, abs, min and max one region is taken,
+// the other at every second point.
 #pragma once
 
 #include <cstdint>

@@ -57,9 +57,10 @@ int numeric_rank(const Mat& m, double* gap) {
   return rank;
 }
 
-/// The rank at a point for equations in any units: singular values count that stand clear of what the last digits of the
-/// point change. Rows and columns are divided in turn by √(largest · least entry) (Tomlin, Math. Programming Study 4,
-/// 1975), which undoes r_i c_j where the other factors are alike; entries that have cancelled are 0 first.
+/// The rank at a point for equations in any units: singular values count that stand clear of what the
+/// last digits of the point change. Rows and columns are divided in turn by √(largest · least entry)
+/// (Tomlin, Math. Programming Study 4, 1975), which undoes r_i c_j where the other factors are alike;
+/// entries that have cancelled are 0 first.
 class RankInOwnUnits {
  public:
   RankInOwnUnits(const MatX& m, const std::unordered_map<Expr, double>& point) : value_(m.rows(), m.cols()) {

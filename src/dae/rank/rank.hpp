@@ -1,9 +1,10 @@
 // Ranks of matrices of expressions and of numbers; knows expressions only, no models.
 //
-// modular.hpp: generic rank without rounding, modulo a large prime. rank.hpp (here): generic rank of small matrices at
-// random points, numeric rank, null space. rank_with_gap.hpp: numeric rank with the gap of singular values that
-// decided it. rational_matrix.hpp and tracked_elimination.hpp: exact linear algebra over the rationals.
-// definite.hpp: symmetric definite matrices. stable_values.hpp: values with cancellation recognised.
+// modular.hpp: generic rank without rounding, modulo a large prime. rank.hpp (here): generic rank of
+// small matrices at random points, numeric rank, null space. rank_with_gap.hpp: numeric rank with the
+// gap of singular values that decided it. rational_matrix.hpp and tracked_elimination.hpp: exact
+// linear algebra over the rationals. definite.hpp: symmetric definite matrices. stable_values.hpp:
+// values with cancellation recognised.
 #pragma once
 
 #include "base/math.hpp"
@@ -16,9 +17,9 @@ namespace pendula::dae {
 /// contain. The `attempt`-th draw; different attempts are independent.
 std::unordered_map<Expr, double> random_point(std::span<const Expr> outputs, int attempt);
 
-/// Largest rank over several random points. Rank deficiency at all of them means "identically singular" up to
-/// a set of measure zero; points where an entry is not finite are skipped. Cost: a few evaluations and one
-/// SVD each.
+/// Largest rank over several random points. Rank deficiency at all of them means "identically
+/// singular" up to a set of measure zero; points where an entry is not finite are skipped. Cost: a
+/// few evaluations and one SVD each.
 int generic_rank(const MatX& m);
 ModularRank generic_rank(std::span<const Entry> entries, int rows, int columns);
 

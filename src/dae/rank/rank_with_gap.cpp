@@ -45,7 +45,8 @@ Mat equilibrated(Mat m) {
   return m;
 }
 
-/// Curtis & Reid (J. Inst. Maths Applics 10, 1972): the sum of squares of log |m_ij rᵢ cⱼ| over the entries is least.
+/// Curtis & Reid (J. Inst. Maths Applics 10, 1972): the sum of squares of log |m_ij rᵢ
+/// cⱼ| over the entries is least.
 Balance balance(const Mat& m) {
   const Index rows = m.rows(), n = rows + m.cols();
   constexpr double slight = 1e-10;  // holds what is not determined: r and 1/c of a block that stands alone

@@ -7,8 +7,8 @@ namespace pendula::dae {
 
 /// Rows and columns divided by their largest entries, three times in turn: ranks must not depend on units.
 Mat equilibrated(Mat m);
-/// What rows and columns are multiplied by so that the logarithms of the entries are least in the sense of least
-/// squares: the result is the same in any units of rows and columns.
+/// What rows and columns are multiplied by so that the logarithms of the entries are least in the sense of
+/// least squares: the result is the same in any units of rows and columns.
 struct Balance {
   Vec rows, columns;
   Mat operator()(const Mat& m) const { return rows.asDiagonal() * m * columns.asDiagonal(); }
@@ -26,9 +26,10 @@ constexpr double clear_gap = 1e6;  ///< between singular values that count and t
 /// O(r c min(r, c)), ten times less where QR is enough.
 RankGap rank_with_gap(const Mat& m);
 
-/// The same where entries are accurate beside themselves, none of them near a 0 that a better point would have: where
-/// the rank is not full, that of the balanced matrix if this is higher and clear. Largest entries of 1 do not make a
-/// matrix well scaled: a triangular one of ones, in units that fall from column to column, looks singular.
+/// The same where entries are accurate beside themselves, none of them near a 0 that a better point would
+/// have: where the rank is not full, that of the balanced matrix if this is higher and clear. Largest
+/// entries of 1 do not make a matrix well scaled: a triangular one of ones, in units that fall from
+/// column to column, looks singular.
 RankGap rank_in_any_units(const Mat& m);
 
 }  // namespace pendula::dae

@@ -1,5 +1,5 @@
-// Dense matrices of rational numbers, and the subspaces they span. Small and exact: what pencil.hpp computes
-// with.
+// Dense matrices of rational numbers, and the subspaces they span. Small and exact:
+// what pencil.hpp computes with.
 //
 // A subspace of ℚⁿ is a matrix whose columns are a basis. Bases are canonical: the reduced echelon form of
 // the transposed, every column scaled to coprime integers with a positive first entry.
@@ -51,8 +51,8 @@ RationalMatrix operator-(RationalMatrix a, const RationalMatrix& b);
 RationalMatrix beside(const RationalMatrix& a, const RationalMatrix& b);  ///< [a b]
 RationalMatrix diagonal(const RationalMatrix& a, const RationalMatrix& b);
 
-/// Reduced echelon form: pivots 1, zeros above and below. Pivots are looked for in the first `columns`
-/// columns.
+/// Reduced echelon form: pivots 1, zeros above and below. Pivots are looked for in
+/// the first `columns` columns.
 struct Reduced {
   RationalMatrix form;
   std::vector<int> pivots;  ///< column of the pivot of row i; its size is the rank

@@ -10,8 +10,8 @@
 
 namespace pendula::dae {
 
-/// Values at w, and which of them are cancellation: as large as their change when w moves by 1e-10 of its size, or
-/// of a hundredth of its unit (at most 1; 1 where none is given). Scaling
+/// Values at w, and which of them are cancellation: as large as their change when w moves by
+/// 1e-10 of its size, or of a hundredth of its unit (at most 1; 1 where none is given). Scaling
 /// would make numbers of such a 1e-16.
 struct StableValues {
   std::vector<double> value;

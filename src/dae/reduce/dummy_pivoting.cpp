@@ -179,8 +179,8 @@ DummyPivoting::DummyPivoting(const ModelPtr& source) : model_(source), analysis_
   for (std::size_t j = 0; j < equations.columns().size(); ++j)
     size[equations.columns()[j]] = equations.unit()[j];
   unit_ = Vec::Ones(static_cast<Index>(source->variables.size()));
-  // Of the highest derivative, which is what an equation is solved for: in nanometres a velocity that is known from its
-  // derivative alone has no unit of its own.
+  // Of the highest derivative, which is what an equation is solved for: in nanometres a velocity that is
+  // known from its derivative alone has no unit of its own.
   for (std::size_t j = 0; j < source->variables.size(); ++j)
     for (int order = analysis_.offsets.d[j]; order >= 0; --order)
       if (const auto it = size.find(derivative_leaf(source->variables[j].leaf, order)); it != size.end()) {

@@ -92,8 +92,8 @@ VecX right_side(const Remainder& r) {
   return -column(substitute(r.rows, none));
 }
 
-/// A constraint that is linear in a variable, with a constant coefficient, put into e where that makes it shorter:
-/// C_A = C_B/K_eq.
+/// A constraint that is linear in a variable, with a constant coefficient, put into e where that
+/// makes it shorter: C_A = C_B/K_eq.
 Expr shorter_on_constraints(Expr e, const std::vector<Constraint>& constraints) {
   for (const Constraint& c : constraints)
     for (Expr x : leaves({&c.residual, 1})) {

@@ -2,9 +2,9 @@
 //
 // reduce.hpp (here): form "acc" and the entry reduce(form). reduced_forms.hpp declares the others: "dummy"
 // (reduce_dummy, dummy_pivoting), "project", "ggl" and "baumgarte" (reduce_stabilised), "ode", "minimal".
-// reduce_choice.cpp chooses one. A form is a new model with lineage: its relations translate every symbol of the
-// original model, its invariants are the conditions that it no longer imposes, its singularity_conditions what it
-// divided by, its trace the derivation. docs/derivations.md#reduction.
+// reduce_choice.cpp chooses one. A form is a new model with lineage: its relations translate every symbol of
+// the original model, its invariants are the conditions that it no longer imposes, its singularity_conditions
+// what it divided by, its trace the derivation. docs/derivations.md#reduction.
 #pragma once
 
 #include "dae/analysis/analysis.hpp"
@@ -18,8 +18,8 @@ namespace pendula::dae {
 ModelPtr reduce_acc(const ModelPtr& model);
 
 /// A form of index at most 1 for consistent values: reduce_acc(), and form "array" (reduced_forms.hpp) where
-/// differentiating by offsets does not lead to one although there is an index. near: values near which rows are
-/// chosen, as many as are known.
+/// differentiating by offsets does not lead to one although there is an index. near: values near which rows
+/// are chosen, as many as are known.
 ModelPtr index_one_form(const ModelPtr& model, const std::unordered_map<Expr, double>& near = {});
 
 struct ReduceOptions {
@@ -31,8 +31,8 @@ struct ReduceOptions {
 ModelPtr reduce(const ModelPtr& model, const std::string& form, const ReduceOptions& options = {});
 std::vector<std::string> reduction_forms();
 
-/// ∂F/∂(x′, z), columns: top_derivatives() then algebraic(). Regular exactly if the model has index at
-/// most 1.
+/// ∂F/∂(x′, z), columns: top_derivatives() then algebraic(). Regular exactly if the
+/// model has index at most 1.
 std::vector<Entry> top_jacobian(const Model& model);
 
 }  // namespace pendula::dae

@@ -1,4 +1,5 @@
-// Form "array": the rows of the derivative array that determine the solution at a point, as a system of index 1.
+// Form "array": the rows of the derivative array that determine the solution at a
+// point, as a system of index 1.
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -71,8 +72,8 @@ std::unordered_map<Expr, double> known_values(const NumericArray& numeric, const
   return known;
 }
 
-/// Points of F_0 = 0, then F_1 = 0 … up to F_k = 0, each from the one before: where Newton's method finds no point of F_k = 0
-/// at once.
+/// Points of F_0 = 0, then F_1 = 0 … up to F_k = 0, each from the one before: where Newton's method
+/// finds no point of F_k = 0 at once.
 class StagedPoints {
  public:
   StagedPoints(const Model& m, int order) : model_(m) {
@@ -143,9 +144,9 @@ std::optional<ArrayAt> regular_point(const Model& m, int order,
   return most < 0 ? std::nullopt : std::optional(std::move(best));
 }
 
-/// Independent columns of ∂F_k/∂(higher derivatives), as many as the rank, low orders first: what stays open are then
-/// derivatives of highest order, in which the rows are linear. With another choice the rest solves quadratic
-/// equations, which need not have a real root.
+/// Independent columns of ∂F_k/∂(higher derivatives), as many as the rank, low orders first: what stays open
+/// are then derivatives of highest order, in which the rows are linear. With another choice the rest solves
+/// quadratic equations, which need not have a real root.
 Columns higher_of_low_order(const ArrayAt& a) {
   std::map<int, Columns> by_order;
   for (Index j = a.states + a.first; j < a.J.cols(); ++j)
@@ -172,8 +173,9 @@ struct ArraySelection {
   Columns rows, dependent, higher;
 };
 
-/// Square and regular in (dependent x, x′, higher): of the higher derivatives as many as are independent, of x as
-/// many as F_k = 0 has conditions on it, variables without derivative in F first; rows with few derivatives first.
+/// Square and regular in (dependent x, x′, higher): of the higher derivatives as many as are
+/// independent, of x as many as F_k = 0 has conditions on it, variables without derivative in F first;
+/// rows with few derivatives first.
 ArraySelection select(const ArrayAt& a, const Model& m) {
   constexpr double prefer = 1e2;
   ArraySelection s;
@@ -223,9 +225,9 @@ void prune(ArraySelection& s, const ArrayAt& a) {
   }
 }
 
-/// Constants for the higher derivatives that the rows contain and do not determine. Any will do, so 0; but where the rows
-/// are not linear in the higher derivatives, 0 may be so far from what they are that no start is found, or none exists:
-/// then what they are at the point that the caller gave.
+/// Constants for the higher derivatives that the rows contain and do not determine. Any will do, so 0; but
+/// where the rows are not linear in the higher derivatives, 0 may be so far from what they are that no start
+/// is found, or none exists: then what they are at the point that the caller gave.
 Substitution constants_for_open(const ArrayAt& a, const ArraySelection& s, bool given) {
   std::vector<Expr> rows, higher;
   for (Index i : s.rows) rows.push_back(a.array.rows()[i]);
@@ -251,16 +253,16 @@ Substitution constants_for_open(const ArrayAt& a, const ArraySelection& s, bool 
   return linear ? zeros : values;
 }
 
-/// x_dot, x_ddot …, printed x′, x″, for derivatives that become algebraic variables; constants for those that nothing
-/// determines.
+/// x_dot, x_ddot …, printed x′, x″, for derivatives that become algebraic variables; constants for
+/// those that nothing determines.
 struct Replacement {
   Substitution by;
   std::vector<Expr> made;
   std::vector<Expr> slopes;  ///< x′ of states that become x_dot, too: x′ = x_dot joins the equations
 };
 
-/// x′ of states stay as they are where one row x′ = f contains them. Elsewhere z would follow from x′ as a method has it,
-/// with errors of the tolerance divided by the step.
+/// x′ of states stay as they are where one row x′ = f contains them. Elsewhere z would follow from x′ as a
+/// method has it, with errors of the tolerance divided by the step.
 std::vector<Expr> slopes_of_states(const ArrayAt& a, const ArraySelection& s, const Model& m) {
   std::unordered_map<Expr, std::size_t> solved_in;
   for (const Solved& row : solved_rows(m)) solved_in[row.derivative] = row.residual;

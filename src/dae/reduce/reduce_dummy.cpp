@@ -29,7 +29,8 @@ namespace {
 using Index = Eigen::Index;
 using Numbers = std::unordered_map<Expr, double>;
 
-/// Values of the slopes at a point that gives the unknowns; parameters that it does not give have those of the model.
+/// Values of the slopes at a point that gives the unknowns; parameters that it does
+/// not give have those of the model.
 std::vector<double> slopes_at(const DummyPivoting& pivoting, const Model& m, Numbers values) {
   for (Expr leaf : leaves(pivoting.slopes)) {
     if (symbol_of(leaf).kind == Kind::constant || values.count(leaf)) continue;

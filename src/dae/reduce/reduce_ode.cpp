@@ -114,8 +114,8 @@ class Elimination {
            std::all_of(A.begin(), A.end(), [](const Entry& e) { return is_short(e.value, 60); });
   }
 
-  /// Written out if it stays readable. A matrix that changes along a solution has to be definite, as mass matrices
-  /// and Cq W⁻¹ Cqᵀ are: any other keeps its pivots.
+  /// Written out if it stays readable. A matrix that changes along a solution has to be definite, as mass
+  /// matrices and Cq W⁻¹ Cqᵀ are: any other keeps its pivots.
   VecX written_solution(Index n) {
     constexpr int widest = 400;
     const bool moving = std::any_of(A.begin(), A.end(), [](const Entry& e) { return varies(e.value); });
@@ -228,7 +228,8 @@ std::vector<std::string> eliminated_variables(const Model& low, const Substituti
   return lines;
 }
 
-/// Whether every row is x′ = f as it is written, or stands with a factor that may pass 0 and is not divided by.
+/// Whether every row is x′ = f as it is written, or stands with a factor that may
+/// pass 0 and is not divided by.
 bool is_solved(const Model& m) {
   const auto slopes = top_jacobian(m);
   if (std::any_of(slopes.begin(), slopes.end(), [](const Entry& e) { return varies(e.value); })) return true;

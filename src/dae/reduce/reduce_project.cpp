@@ -1,5 +1,5 @@
-// Form "project": an index-0 or index-1 form whose solution is moved back onto the invariants after every
-// step.
+// Form "project": an index-0 or index-1 form whose solution is moved back onto the
+// invariants after every step.
 #include <algorithm>
 #include <cmath>
 #include <unordered_set>

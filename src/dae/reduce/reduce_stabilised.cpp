@@ -68,8 +68,8 @@ std::vector<Chain> position_constraints(const Model& first, const Model& low) {
   return positions;
 }
 
-/// The units of positions and constraints, where they are far from 1, as powers of ten: without them a multiplier acts
-/// on q′ of 10⁸ with a gradient of 10⁻¹⁸, and its column of the iteration matrix is rounding.
+/// The units of positions and constraints, where they are far from 1, as powers of ten: without them a
+/// multiplier acts on q′ of 10⁸ with a gradient of 10⁻¹⁸, and its column of the iteration matrix is rounding.
 class MultiplierUnits {
  public:
   MultiplierUnits(const Model& first, const std::vector<Chain>& positions) {
@@ -216,8 +216,8 @@ bool contains(const std::vector<Expr>& list, Expr e) {
   return std::find(list.begin(), list.end(), e) != list.end();
 }
 
-/// x x″ + x′² for the unknowns of the constraints, x′ by its name v if it has one: sums whose terms are alike in size
-/// tell that of speeds, about which x′ = v and v′ = g say nothing.
+/// x x″ + x′² for the unknowns of the constraints, x′ by its name v if it has one: sums whose terms are alike
+/// in size tell that of speeds, about which x′ = v and v′ = g say nothing.
 std::vector<Expr> rows_about_speeds(const Model& m, const std::vector<Expr>& constrained) {
   const Substitution known = kinematics(m);
   std::unordered_map<Expr, int> order;
@@ -235,7 +235,8 @@ std::vector<Expr> rows_about_speeds(const Model& m, const std::vector<Expr>& con
   return rows;
 }
 
-/// 10ᵏ units of time, in which the constrained unknowns change by their own size; 1 where all sizes are near 1.
+/// 10ᵏ units of time, in which the constrained unknowns change by their own size; 1
+/// where all sizes are near 1.
 Expr own_time(const Model& m, const std::vector<Chain>& list) {
   std::vector<Expr> rows = residuals_at_values(m), C, columns;
   for (const Chain& chain : list) C.push_back(chain.below[0].residual);

@@ -1,5 +1,5 @@
-// The forms other than "acc". Each takes any model, returns a new one with lineage and trace, and throws an Error
-// that says why where the form does not apply. docs/derivations.md#forms.
+// The forms other than "acc". Each takes any model, returns a new one with lineage and trace, and throws an
+// Error that says why where the form does not apply. docs/derivations.md#forms.
 #pragma once
 
 #include <span>
@@ -9,9 +9,9 @@
 
 namespace pendula::dae {
 
-/// Refuses a form that would change nothing: 'form "ggl": the model has index 1 and no constraint that has to be
-/// differentiated; it can be integrated as it stands', or, of a model that had to be regularised, its regularised
-/// equations can.
+/// Refuses a form that would change nothing: 'form "ggl": the model has index 1 and no constraint that has
+/// to be differentiated; it can be integrated as it stands', or, of a model that had to be regularised,
+/// its regularised equations can.
 [[noreturn]] void refuse_form(const char* form, const Model& model, const char* lacking);
 
 /// "ggl": constraints stay as they are and their derivatives join them, with additional multipliers μ:
@@ -42,25 +42,27 @@ ModelPtr reduce_project(const ModelPtr& model);
 /// throws    Failure where Newton's method does not converge
 double project(const Model& model, std::unordered_map<Expr, double>& values);
 
-/// "array": of the equations and their derivatives up to the index, a choice of rows that determines the derivatives
-/// of all unknowns at a point, as a square system of index 1: as many unknowns become algebraic as there are
-/// conditions on them, and derivatives of these become variables of their own. Needs no structure, only an index:
-/// where x′ follows from F_k = 0, it follows from rows as many as the rank, and derivatives that no row determines
-/// may have any value (0). Valid near the point, where the chosen rows stay regular (integrate/simulation/array_run
-/// chooses them again). x′ of a state that not only its own row contains is an unknown of its own, x′ = x_dot.
+/// "array": of the equations and their derivatives up to the index, a choice of rows that determines the
+/// derivatives of all unknowns at a point, as a square system of index 1: as many unknowns become algebraic
+/// as there are conditions on them, and derivatives of these become variables of their own. Needs no
+/// structure, only an index: where x′ follows from F_k = 0, it follows from rows as many as the rank, and
+/// derivatives that no row determines may have any value (0). Valid near the point, where the chosen rows
+/// stay regular (integrate/simulation/array_run chooses them again). x′ of a state that not only its own row
+/// contains is an unknown of its own, x′ = x_dot.
 /// requires  a model without unspecified functions; throws Failure where no regular point is found
 /// see       Kunkel & Mehrmann, Differential-Algebraic Equations, 2006, §6.2; Mattsson & Söderlind 1993
 ModelPtr reduce_array(const ModelPtr& model, const ReduceOptions& options);
 /// Values of all leaves at a point of F_order = 0 where x′ is determined; empty where none is found.
 std::unordered_map<Expr, double> values_at_regular_point(const Model& model, int order);
 
-/// The unknowns of a model of form "array" near a point that gives the unknowns of the original: derivatives order by
-/// order, since the rows of highest order are far from linear in all of them. Empty where none are found.
+/// The unknowns of a model of form "array" near a point that gives the unknowns of the original:
+/// derivatives order by order, since the rows of highest order are far from linear in all of
+/// them. Empty where none are found.
 std::unordered_map<Expr, double> derivatives_near(const ModelPtr& array,
                                                   const std::unordered_map<Expr, double>& point);
 
-/// "minimal": constraints are solved for dependent variables, which are substituted; what remains moves
-/// freely.
+/// "minimal": constraints are solved for dependent variables, which are substituted;
+/// what remains moves freely.
 ///
 /// requires  every constraint linear in some coordinate
 ModelPtr reduce_minimal(const ModelPtr& model, const ReduceOptions& options);
@@ -85,8 +87,8 @@ class DummyPivoting {
   /// Throws Failure where the constraint Jacobian is singular.
   DummySelection best(std::span<const double> slope_values) const;
   double quality(const DummySelection& selection, std::span<const double> slope_values) const;
-  /// Random values of all leaves of `slopes`, variables in units of their own: exp(10⁹ x) has no value at x = 1.
-  /// in_units_near_1: also in units within a factor of 300.
+  /// Random values of all leaves of `slopes`, variables in units of their own: exp(10⁹ x) has no value at
+  /// x = 1. in_units_near_1: also in units within a factor of 300.
   std::unordered_map<Expr, double> generic_point(bool in_units_near_1) const;
 
  private:

@@ -46,7 +46,8 @@ class Numbers {
   std::map<std::pair<int, int>, generic::Residue> at_;
 };
 
-/// 1 or -1 for every row, with which A is symmetric, M positive definite and the diagonal of D negative; else nothing.
+/// 1 or -1 for every row, with which A is symmetric, M positive definite and the
+/// diagonal of D negative; else nothing.
 std::optional<std::vector<int>> signs_of_rows(const std::vector<Entry>& A, int n, int first,
                                               const std::unordered_map<Expr, double>& parameters) {
   // M - δ diag M is definite: every pivot of M is more than δ of the diagonal.

@@ -63,8 +63,8 @@ Expr without_cancelled(Expr e, const std::vector<Expr>& variables);
 Step replace_equation(Equations& e, std::size_t i, Expr residual, const std::string& how,
                       std::vector<std::string>& log);
 
-/// p/q with small p and q from its residue (Wang's algorithm: von zur Gathen & Gerhard, Modern Computer Algebra, 3rd
-/// ed., §5.10), or nothing.
+/// p/q with small p and q from its residue (Wang's algorithm: von zur Gathen & Gerhard, Modern Computer
+/// Algebra, 3rd ed., §5.10), or nothing.
 std::optional<mpq_class> rational_of(Residue residue);
 
 }  // namespace pendula::dae

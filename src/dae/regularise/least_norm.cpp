@@ -149,9 +149,9 @@ Parts parts_of_mechanism(const Model& m) {
                      " nearby: it is singular, and no constraint is redundant; give another one"));
 }
 
-/// Columns of B that are independent, at values of its leaves that satisfy the constraints or are drawn: those of the
-/// constraints that are kept where z are as many and in their order, as in B = (∂C/∂q)ᵀ. Then both become dependent at
-/// the same positions.
+/// Columns of B that are independent, at values of its leaves that satisfy the constraints or are drawn:
+/// those of the constraints that are kept where z are as many and in their order, as in B = (∂C/∂q)ᵀ. Then
+/// both become dependent at the same positions.
 std::vector<int> independent_columns(const Parts& p, const ParameterValues& values,
                                      const std::unordered_map<Expr, double>& at,
                                      const std::vector<int>& kept) {

@@ -84,9 +84,9 @@ std::vector<Block> blocks_of(const Model& m, const Equations& e) {
   return blocks;
 }
 
-/// How often an original equation is differentiated: c_i times, once more where that is needed for the
-/// derivative of an original unknown with d_j = 0 (its equation, and those whose leading unknowns it
-/// contains).
+/// How often an original equation is differentiated: c_i times, once more where that is needed
+/// for the derivative of an original unknown with d_j = 0 (its equation, and those whose
+/// leading unknowns it contains).
 int differentiations(const Equations& e, const Structure& s, std::size_t originals) {
   std::vector<std::vector<int>> columns(e.residuals.size());
   for (const Entry& entry : s.jacobian) columns[entry.row].push_back(entry.column);

@@ -38,7 +38,8 @@ std::optional<Expr> at_value(Expr e, Expr p, Expr value) {
   }
 }
 
-/// The model at a value of a parameter, which may contain others; nothing where an equation is not defined there.
+/// The model at a value of a parameter, which may contain others; nothing where an
+/// equation is not defined there.
 std::optional<Model> with_value(const Model& m, Expr p, Expr value) {
   Model there = without_value(m, p);
   for (Expr& residual : there.residuals) {

@@ -1,9 +1,9 @@
 // Everything that is printed about a model; nothing in dae depends on this folder.
 //
 // describe.hpp: print(model), header, numbered equations, unknowns, parameters. structure_report (here) and
-// structure_text.cpp: structure(), the structural analysis with the evidence for and against it, parameter cases
-// and singular points. lua_source.hpp: the Lua text that rebuilds a model, for save() and load. Text that is part of
-// an answer (traces, error messages, ledgers) lives with the code that finds it.
+// structure_text.cpp: structure(), the structural analysis with the evidence for and against it, parameter
+// cases and singular points. lua_source.hpp: the Lua text that rebuilds a model, for save() and load. Text
+// that is part of an answer (traces, error messages, ledgers) lives with the code that finds it.
 #pragma once
 
 #include <optional>

@@ -13,8 +13,8 @@
 namespace pendula::dae {
 namespace {
 
-/// What must vanish where a denominator does. Long ones are taken as they are: to factor them takes longer
-/// than it helps.
+/// What must vanish where a denominator does. Long ones are taken as they are: to factor
+/// them takes longer than it helps.
 std::vector<Expr> factors_of(Expr denominator) {
   constexpr std::size_t long_expression = 60, most = 20000;  // nodes; denominators remembered
   static LruCache<Expr, std::vector<Expr>, std::hash<Expr>, Refers::by_touch> known(most);

@@ -102,8 +102,8 @@ class Saddle {
   Saddle(const std::vector<Row>& all, const std::vector<char>& is_gradient, const ParameterValues& values)
       : all_(all), is_gradient_(is_gradient), values_(values) {}
 
-  /// M constant and diagonal, and F = D Gᵀ R with constant diagonal D and R (tried at two points), D⁻¹ M of one sign:
-  /// then J is singular only where rows of G are dependent.
+  /// M constant and diagonal, and F = D Gᵀ R with constant diagonal D and R (tried at two points), D⁻¹ M of
+  /// one sign: then J is singular only where rows of G are dependent.
   bool gradients_decide() {
     for (std::size_t i = 0; i < all_.size(); ++i)
       if (is_gradient_[i])
@@ -193,8 +193,8 @@ class Saddle {
     return true;
   }
 
-  /// F_iλ/G_λj = d_i ρ_λ, one factor for each row and one for each multiplier: from a row to its multipliers, from those
-  /// to their rows.
+  /// F_iλ/G_λj = d_i ρ_λ, one factor for each row and one for each multiplier: from a row to its
+  /// multipliers, from those to their rows.
   bool factors_exist() {
     std::map<int, std::vector<const Ratio*>> of_row, of_multiplier;
     for (const Ratio& r : ratios_) {

@@ -1,9 +1,10 @@
 // Singularity conditions: what must not vanish along a solution.
 //
-// Where one of these expressions is 0, the equations no longer determine the solution, or a form is not equivalent to
-// its model. singularity_conditions.hpp (here): expressions, from what a form divided by and from the factors of the
-// determinant of the system Jacobian (analysis/determinant_factors.hpp). large_blocks.hpp: blocks too large for a
-// written determinant, as matrices whose rank is monitored. integrate/event/monitor stops a run at both.
+// Where one of these expressions is 0, the equations no longer determine the solution, or a form is not
+// equivalent to its model. singularity_conditions.hpp (here): expressions, from what a form divided by and
+// from the factors of the determinant of the system Jacobian (analysis/determinant_factors.hpp).
+// large_blocks.hpp: blocks too large for a written determinant, as matrices whose rank is monitored.
+// integrate/event/monitor stops a run at both.
 #pragma once
 
 #include <string>
@@ -22,8 +23,9 @@ namespace pendula::dae {
 /// that of determinant_factors(), remembered.
 std::vector<SingularityCondition> singularity_conditions(const ModelPtr& model, bool all = false);
 
-/// Expressions that must not vanish if the rows chosen by form "array" are to determine its unknowns, although the model
-/// may have solutions there. Empty for other forms. Cost: that of determinant_factors(), cached.
+/// Expressions that must not vanish if the rows chosen by form "array" are to determine its unknowns,
+/// although the model may have solutions there. Empty for other forms. Cost: that of
+/// determinant_factors(), cached.
 std::vector<SingularityCondition> choice_conditions(const ModelPtr& model);
 
 /// "x ≠ 0, y ≠ 0": what the form divided by.

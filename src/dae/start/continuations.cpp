@@ -28,8 +28,8 @@ constexpr double vanishing =
     1e-5;                        // coefficients where branches meet: the time of that is known to some digits
 constexpr double nearby = 2e-3;  // in units: how far the states of a point found may be from the given one
 
-/// Points of F_k = 0 near the given one. exact: it is the singular point to rounding; else the states are moved, since
-/// beside it every branch is regular and attracts what is near.
+/// Points of F_k = 0 near the given one. exact: it is the singular point to rounding; else the states are
+/// moved, since beside it every branch is regular and attracts what is near.
 std::vector<Vec> points_near(const NumericArray& numeric, Index states, const PointValues& point,
                              bool exact) {
   constexpr int attempts = 32;
@@ -138,7 +138,8 @@ struct SolvedArray {
   std::vector<char> open;
 };
 
-/// The first `held` columns keep their values; the first `states` count as known when it is asked what is open.
+/// The first `held` columns keep their values; the first `states` count as known
+/// when it is asked what is open.
 std::optional<SolvedArray> solved_near(const NumericArray& numeric, Index held, Index states,
                                        const PointValues& values, double negligible) {
   auto known = numeric.known(0);
@@ -224,7 +225,8 @@ std::string choices_text(const std::vector<WayOn>& ways) {
   return join(words, " or ");
 }
 
-/// The derivatives that the values of states and algebraic variables determine where solutions meet, too: x′ = f.
+/// The derivatives that the values of states and algebraic variables determine where
+/// solutions meet, too: x′ = f.
 static std::unordered_set<Expr> always_determined(const Model& m) {
   std::unordered_set<Expr> slopes;
   for (const Solved& row : solved_rows(m))

@@ -21,24 +21,25 @@ struct WayOn {
   std::string choice;         ///< what chooses it: "{ [z.dot] = -1 }"
 };
 
-/// The solutions through a singular point. The equations and their derivatives up to the fourth are solved near the point
-/// from several values of the derivatives (Gauss-Newton, array_points.hpp).
+/// The solutions through a singular point. The equations and their derivatives up to the fourth are solved
+/// near the point from several values of the derivatives (Gauss-Newton, array_points.hpp).
 ///
 /// point    values of t, states, z and parameters, right to some percent
-/// returns  one to four of them, "z′ = -1" and "z′ = 1" where z² = x² and x′ = 1 at 0; none where fewer or more were
-///          found, and for large models or those with inputs
+/// returns  one to four of them, "z′ = -1" and "z′ = 1" where z² = x² and x′ = 1 at 0; none where fewer or
+///          more were found, and for large models or those with inputs
 std::vector<WayOn> ways_on(const Model& model, const PointValues& point);
 
 /// "z′ = -1 or z′ = 1", and "{ [z.dot] = -1 } or { [z.dot] = 1 }".
 std::string ways_text(const std::vector<WayOn>& ways);
 std::string choices_text(const std::vector<WayOn>& ways);
 
-/// Why `branch = { leaf = value }` cannot distinguish solutions of the model that meet, wherever they do, and which values
-/// can; "" where it may.
+/// Why `branch = { leaf = value }` cannot distinguish solutions of the model that meet, wherever they do, and
+/// which values can; "" where it may.
 std::string cannot_choose(const Model& model, Expr leaf, double value);
 
-/// The Taylor polynomial of a solution at a point: derivatives of order 0, 1 … p of every state and algebraic variable, as
-/// far as the equations and their derivatives determine all of them. at_meeting: branches meet at the point.
+/// The Taylor polynomial of a solution at a point: derivatives of order 0, 1 … p of every state and
+/// algebraic variable, as far as the equations and their derivatives determine all of them.
+/// at_meeting: branches meet at the point.
 struct WayExpansion {
   double t = 0;
   std::vector<std::pair<Expr, std::vector<double>>> derivatives;
@@ -51,8 +52,8 @@ struct WayExpansion {
 };
 std::optional<WayExpansion> expansion(const Model& model, const WayOn& way, bool at_meeting);
 
-/// The time before `to` at which x′ and z are no longer determined: a zero of det ∂F/∂(x′, z) along the polynomial, with
-/// or without a change of sign. others: values of parameters. Nothing where there is none.
+/// The time before `to` at which x′ and z are no longer determined: a zero of det ∂F/∂(x′, z) along the
+/// polynomial, with or without a change of sign. others: values of parameters. Nothing where there is none.
 std::optional<double> meeting_time(const Model& model, const WayExpansion& way, const PointValues& others,
                                    double to);
 

@@ -35,7 +35,8 @@ const char* word(Origin origin) {
 
 namespace {
 
-/// Name, value, unit, where the value is from, and the words given with the symbol; columns without entries are left out.
+/// Name, value, unit, where the value is from, and the words given with the symbol;
+/// columns without entries are left out.
 std::string values_text(const std::vector<LedgerRow>& rows) {
   const bool units =
       std::any_of(rows.begin(), rows.end(), [](const auto& r) { return !unit_text(r.leaf).empty(); });

@@ -8,7 +8,8 @@
 
 namespace pendula::dae {
 
-/// Whoever looks for ways on from a point asks for the same arrays at every point, and for every way found there.
+/// Whoever looks for ways on from a point asks for the same arrays at every point,
+/// and for every way found there.
 class NumericArrays {
  public:
   explicit NumericArrays(const Model& model);

@@ -60,7 +60,8 @@ class JumpSystem {
         if (B_(i, j) != 0) impulse_size_[j] = std::max(impulse_size_[j], momentum[i] / std::fabs(B_(i, j)));
   }
 
-  /// Nothing where no impulse leads onto the conditions, or the equations do not tell how; why: that they do not.
+  /// Nothing where no impulse leads onto the conditions, or the equations do not
+  /// tell how; why: that they do not.
   std::optional<Jump> solve(std::string& why) {
     const PointValues start = values_;
     std::optional<Jump> jump = with_first_factors_ = with_factors();
@@ -131,8 +132,8 @@ class JumpSystem {
     return jump;
   }
 
-  /// Entries of ∂F/∂(x′, z) that have other values before, in the middle of or after a jump, and a jump or an impulse.
-  /// States that do not jump are moved by errors only, those of the place where a rope becomes taut.
+  /// Entries of ∂F/∂(x′, z) that have other values before, in the middle of or after a jump, and a jump or an
+  /// impulse. States that do not jump are moved by errors only, those of the place where a rope becomes taut.
   std::vector<Entry> changed_factors(const PointValues& start, const Jump& jump) {
     constexpr double visible = 1e-9;
     Vec change = jump.change;
@@ -264,7 +265,8 @@ PointValues moved(PointValues values, const FirstOrder& form, const Vec& change)
   return values;
 }
 
-/// The signs with a factor z that are others after a jump than before it; nothing where one has several such factors.
+/// The signs with a factor z that are others after a jump than before it; nothing
+/// where one has several such factors.
 std::optional<Rest> rest_after(const std::vector<Expr>& conditions, const FirstOrder& form,
                                const PointValues& before, const Jump& jump) {
   const PointValues after = moved(before, form, jump.change);
@@ -301,7 +303,8 @@ std::optional<Jump> jump_onto(const std::vector<Expr>& conditions, const FirstOr
   const Jump& first = *system.with_first_factors();
   const auto rest = rest_after(conditions, form, before, first);
   if (!rest) return {};
-  // Friction holds from where s is 0 if it can there: what pushes on may be stronger, though the whole impulse is not.
+  // Friction holds from where s is 0 if it can there: what pushes on may be stronger,
+  // though the whole impulse is not.
   constexpr double together = 1e-9;
   const double share = rest->list.front().turns;
   std::string unknown;

@@ -39,10 +39,11 @@ struct Jump {
   bool jumps = false;
 };
 
-/// From `before`, values of all leaves, onto 0 = G(x) = conditions. sizes: of states, what they have been before.
-/// close: of the terms, where equations hold. ∂F/∂x′ is integrated on the way where it contains what jumps and its rows
-/// are gradients (charges of nonlinear capacitors). Nothing where no impulse leads there, or, with the reason in `why`, where
-/// factors change during the impulse in another way: the equations then do not determine the jump.
+/// From `before`, values of all leaves, onto 0 = G(x) = conditions. sizes: of states, what they have been
+/// before. close: of the terms, where equations hold. ∂F/∂x′ is integrated on the way where it contains
+/// what jumps and its rows are gradients (charges of nonlinear capacitors). Nothing where no impulse leads
+/// there, or, with the reason in `why`, where factors change during the impulse in another way: the
+/// equations then do not determine the jump.
 std::optional<Jump> jump_onto(const std::vector<Expr>& conditions, const FirstOrder& form, PointValues before,
                               const LeafValues& sizes, double close, std::string& why);
 

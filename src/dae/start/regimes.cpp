@@ -54,8 +54,8 @@ Sizes sizes_at(const ConsistentState& start) {
   return sizes;
 }
 
-/// The sign of an expression a short time after the start, along the slopes there: of one whose own slope is another
-/// one before and behind it, as that of √(sin² t) at t = 0.
+/// The sign of an expression a short time after the start, along the slopes there: of one whose own slope is
+/// another one before and behind it, as that of √(sin² t) at t = 0.
 int sign_ahead(Expr e, const ConsistentState& start, const Sizes& sizes, double border) {
   constexpr double share = 1e-6;  // of the time in which states change
   PointValues ahead = start.values;
@@ -87,7 +87,8 @@ int impulse_through(Expr margin, const ConsistentState& start, const Jump& jump,
   return std::fabs(impulse) > border * noise ? (impulse > 0 ? 1 : -1) : 0;
 }
 
-/// The terms of an expression in derivatives that the start does not name, which are computed from the equations.
+/// The terms of an expression in derivatives that the start does not name, which are
+/// computed from the equations.
 double size_of_derived(Expr e, const ConsistentState& start) {
   double sum = 0;
   for (Expr leaf : leaves({&e, 1}))

@@ -40,8 +40,8 @@ struct RegimeStart {
   std::vector<Expr> struck;     ///< on the other sides, margins of those that an impulse went through: gaps
 };
 
-/// Some regimes have another index, or fewer degrees of freedom, than the model as a whole; also where an equation
-/// is 0 = min(…) or 0 = max(…). Models of more than 100 unknowns or 20 choices are not asked.
+/// Some regimes have another index, or fewer degrees of freedom, than the model as a whole; also where an
+/// equation is 0 = min(…) or 0 = max(…). Models of more than 100 unknowns or 20 choices are not asked.
 bool regimes_differ(const Model& model);
 
 class Regimes {
@@ -96,7 +96,8 @@ ModelPtr region_model(const ModelPtr& model, const Region& region);
 /// Time, parameters, inputs and what a request knows of the leaves.
 std::unordered_map<Expr, double> values_before(const Model& model, const StartRequest& request);
 
-/// -1, 0, 1: the sign of an expression just after a start; 0: it stays 0, as far as its derivatives are known.
+/// -1, 0, 1: the sign of an expression just after a start; 0: it stays 0, as far as
+/// its derivatives are known.
 int sign_after(Expr margin, const ConsistentState& start);
 /// No margin is negative at a start and just after it.
 bool stays_in(const Region& region, const ConsistentState& start);

@@ -16,8 +16,8 @@ namespace {
 
 using Index = Eigen::Index;
 
-/// Do the equations hold at `next` to their rounding errors, or as well as at w? Residuals far below their units count, too,
-/// since a unit may be far too large.
+/// Do the equations hold at `next` to their rounding errors, or as well as at w? Residuals far below their
+/// units count, too, since a unit may be far too large.
 bool holds_as_well(const StartSystem& s, const Vec& w, const Vec& next) {
   const auto rows = static_cast<Index>(s.request.nearest ? s.first_fix : s.rows.size());
   const Vec r = s.residual(next).head(rows).cwiseAbs(), before = s.residual(w).head(rows).cwiseAbs();
@@ -25,8 +25,8 @@ bool holds_as_well(const StartSystem& s, const Vec& w, const Vec& next) {
   return r.allFinite() && (r.array() <= before.array().max(allowed_errors * errors.array())).all();
 }
 
-/// Fixed values exactly as given, and zero where zero satisfies the equations to rounding: least steps leave
-/// 1e-16.
+/// Fixed values exactly as given, and zero where zero satisfies the equations to
+/// rounding: least steps leave 1e-16.
 void clean(const StartSystem& s, Vec& w, bool slow) {
   constexpr double rounding = 1e-14, root_of_rounding = 1e-6;
   std::vector<char> given(static_cast<std::size_t>(w.size()), 0);
@@ -60,8 +60,8 @@ void clean(const StartSystem& s, Vec& w, bool slow) {
   }
 }
 
-/// At a double root zero as well, if the equations hold with what then follows for the other unknowns: y = 10⁻⁹ takes
-/// the digits of all that depend on y.
+/// At a double root zero as well, if the equations hold with what then follows for the other unknowns:
+/// y = 10⁻⁹ takes the digits of all that depend on y.
 void clean_double_root(const StartSystem& s, Vec& w) {
   constexpr double root_of_rounding = 1e-6;
   if (w.size() > dense_up_to) return;

@@ -1,14 +1,14 @@
 // Consistent initial values.
 //
-// start_system: the equations of a start (index-1 form, invariants, fixed values) in units of their own, estimated in
-// start_magnitudes. start_solve: damped Gauss-Newton through a list of attempts. start_freedom: which values are
-// still free. start_nearest: contradictory values moved as little as possible. start_branches: other solutions for
-// the same fixed values. start_conflict: values without
-// a start, interval_proof: whether that is proved. start_errors: other messages. ledger: the printed table.
+// start_system: the equations of a start (index-1 form, invariants, fixed values) in units of their own,
+// estimated in start_magnitudes. start_solve: damped Gauss-Newton through a list of attempts. start_freedom:
+// which values are still free. start_nearest: contradictory values moved as little as possible.
+// start_branches: other solutions for the same fixed values. start_conflict: values without a start,
+// interval_proof: whether that is proved. start_errors: other messages. ledger: the printed table.
 //
-// A consistent start has values of every state, derivative and algebraic variable that satisfy the equations and all
-// hidden constraints. `fix` is a condition, `guess` only a starting point; nothing else ever becomes an
-// equation. docs/derivations.md#start.
+// A consistent start has values of every state, derivative and algebraic variable that satisfy the equations
+// and all hidden constraints. `fix` is a condition, `guess` only a starting point; nothing else ever becomes
+// an equation. docs/derivations.md#start.
 #pragma once
 
 #include <optional>
@@ -80,8 +80,8 @@ class ConsistentState {
   std::optional<LostDigits> lost;                          ///< small models only
   StartRequest request;                                    ///< what it was made from
 
-  /// The value of an expression in the symbols of this model or a relative. Throws Error naming what has no
-  /// value.
+  /// The value of an expression in the symbols of this model or a relative. Throws
+  /// Error naming what has no value.
   double operator()(Expr e) const;
   /// The value of a leaf of `other`, a relative of this start's model, if it is known.
   std::optional<double> value_for(const Model& other, Expr leaf) const;
@@ -91,8 +91,8 @@ class ConsistentState {
   /// Other roots that the equations have for the same fixes, found from mirrored starting points; at most a
   /// few, small models only. Cost: some further solves.
   std::vector<Branch> branches() const;
-  /// "z = 0 here, where solutions meet: …" where the equations do not determine x′ and z at this start and several
-  /// solutions go on; else "". Small models as they were given only.
+  /// "z = 0 here, where solutions meet: …" where the equations do not determine x′ and z at this start and
+  /// several solutions go on; else "". Small models as they were given only.
   std::string crossing() const;
 };
 using ConsistentStatePtr = std::shared_ptr<const ConsistentState>;
@@ -101,8 +101,8 @@ using ConsistentStatePtr = std::shared_ptr<const ConsistentState>;
 /// the units of the unknowns: the result does not depend on the units that the model is written in).
 ///
 /// requires  a model whose structural analysis is regular, or can be regularised
-/// returns   values at which every equation holds to the rounding errors of its evaluation; fixed values that others
-///           determine may be off by 1e-9
+/// returns   values at which every equation holds to the rounding errors of its evaluation; fixed values that
+///           others determine may be off by 1e-9
 /// throws    Error for conflicting fixes (names the fewest that conflict and the equation that they violate),
 ///           for values that are neither fixed nor determined (names the candidates, the null vector, and a
 ///           call that works), for equations without value at the guess, for parameters or inputs without

@@ -30,8 +30,8 @@ std::vector<Index> nonlinear(const StartSystem& s) {
   return list;
 }
 
-/// "y = ±√(L² - x²)" if some equation is quadratic in the leaf, without a linear term, and the rest of it is
-/// fixed.
+/// "y = ±√(L² - x²)" if some equation is quadratic in the leaf, without a linear
+/// term, and the rest of it is fixed.
 std::string quadratic(const StartSystem& s, Expr leaf) {
   for (std::size_t i = 0; i < s.first_fix; ++i) {
     if (!depends_on(s.rows[i], leaf)) continue;
@@ -62,8 +62,8 @@ bool leads_to(const ConsistentState& at, Expr leaf, double value) {
   }
 }
 
-/// The unknown that distinguishes two roots: the mirrored one if it differs visibly, else the one that
-/// differs most.
+/// The unknown that distinguishes two roots: the mirrored one if it differs visibly,
+/// else the one that differs most.
 std::optional<Index> most_different(const StartSystem& s, const Vec& a, const Vec& b, Index mirrored) {
   const auto difference = [&](Index j) { return std::fabs(a[j] - b[j]) / (s.unit[j] + std::fabs(a[j])); };
   constexpr double visible = 1e-3;

@@ -1,5 +1,5 @@
-// Derivatives at a start that its model does not name, such as z′ of an algebraic variable: they follow from the
-// equations and their derivatives.
+// Derivatives at a start that its model does not name, such as z′ of an algebraic variable: they follow from
+// the equations and their derivatives.
 #include "dae/start/start_derivatives.hpp"
 
 #include <algorithm>
@@ -83,8 +83,8 @@ class Extension {
     });
   }
 
-  /// Where pivots have been taken for 0, rows stay as they were. Known values fulfil equations to 10⁻¹⁰ of their
-  /// terms, and derivatives of them to some digits less.
+  /// Where pivots have been taken for 0, rows stay as they were. Known values fulfil equations to 10⁻¹⁰ of
+  /// their terms, and derivatives of them to some digits less.
   static bool solved(const Mat& J, const Vec& x, const Vec& r) {
     constexpr double visible = 1e-6, rounding = 1e-12;  // of the terms of the row, of the largest unknown
     const Mat size = J.cwiseAbs();

@@ -1,5 +1,5 @@
-// Starts of piecewise models (ifelse, abs, min, max) whose regions differ in index: the region that is active at the
-// start decides which hidden constraints hold there.
+// Starts of piecewise models (ifelse, abs, min, max) whose regions differ in index: the region that is active
+// at the start decides which hidden constraints hold there.
 #include <bit>
 
 #include "base/error.hpp"

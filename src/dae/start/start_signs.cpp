@@ -1,5 +1,5 @@
-// Starts on the border of a sign. Dry friction of a body at rest is the force that keeps it at rest, if that is within the
-// limit of friction, else this limit.
+// Starts on the border of a sign. Dry friction of a body at rest is the force that keeps it at rest, if that
+// is within the limit of friction, else this limit.
 #include <algorithm>
 #include <cmath>
 

@@ -1,6 +1,6 @@
-// Starts at singular points, where the equations of index 1 do not determine x′ and z: the start does not determine the
-// solution, or only one of the values that satisfy the equations continues smoothly. Also nearly singular starts, some
-// values of which have no correct digits.
+// Starts at singular points, where the equations of index 1 do not determine x′ and z: the start does not
+// determine the solution, or only one of the values that satisfy the equations continues smoothly. Also
+// nearly singular starts, some values of which have no correct digits.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -53,8 +53,8 @@ std::string vanishing(const ModelPtr& model, const std::unordered_map<Expr, doub
   return join(words, ", ");
 }
 
-/// Does what vanishes there vanish along the solution too, as far as its derivative tells? Then unknowns stay open; an
-/// isolated singular point, such as z = 0 of z³ = t, is passed.
+/// Does what vanishes there vanish along the solution too, as far as its derivative tells? Then unknowns stay
+/// open; an isolated singular point, such as z = 0 of z³ = t, is passed.
 bool stays_singular(const ModelPtr& model, const std::unordered_map<Expr, double>& point) {
   constexpr double zero = 1e-9;
   for (const SingularityCondition& c : singularity_conditions(model)) {
@@ -79,8 +79,8 @@ void refuse_division(const ModelPtr& model, const std::unordered_map<Expr, doubl
                    "  Start near it: other values in fix or guess"));
 }
 
-/// x′ and z of the solution that continues smoothly, if the differentiated equations determine them at the point
-/// with these states: t x′ = -x + 2 t at t = 0 differentiated gives x′ = 1.
+/// x′ and z of the solution that continues smoothly, if the differentiated equations determine them at the
+/// point with these states: t x′ = -x + 2 t at t = 0 differentiated gives x′ = 1.
 struct Continuation {
   std::string text;      ///< "x′ = 1"; empty: there is none
   bool is_here = false;  ///< the start has these values
@@ -229,7 +229,8 @@ static std::pair<std::vector<Index>, std::vector<Index>> what_is_not_fixed(const
   return list;
 }
 
-/// J⁻¹ (F(w + δ) - F(w) - J δ), δ some units in the last places: what the rounding errors of the residuals become.
+/// J⁻¹ (F(w + δ) - F(w) - J δ), δ some units in the last places: what the rounding
+/// errors of the residuals become.
 static Vec rounding_in_unknowns(const StartSystem& s, const Vec& w) {
   constexpr int looks = 3;
   const auto [rows, columns] = what_is_not_fixed(s);
@@ -286,8 +287,8 @@ std::optional<LostDigits> lost_digits(const StartSystem& s, const Vec& w) {
   return lost;
 }
 
-/// u, v of the smallest singular value σ: uᵀF(w + e v) = σ e + ½ κ e² with κ = uᵀ F″(v, v), and residuals are known to
-/// noise = |u|ᵀ (their rounding errors). So e is open by the lesser of noise/σ and √(2 noise/|κ|).
+/// u, v of the smallest singular value σ: uᵀF(w + e v) = σ e + ½ κ e² with κ = uᵀ F″(v, v), and residuals are
+/// known to noise = |u|ᵀ (their rounding errors). So e is open by the lesser of noise/σ and √(2 noise/|κ|).
 std::optional<LostDigits> digits_at_double_root(const StartSystem& s, const Vec& w) {
   constexpr double step = 1e-4, open = 1e-3,
                    visible = 1e-9;  // of ω; of the largest component of v; of the unit

@@ -49,10 +49,12 @@ bool WayCheck::goes_on(const WayOn& way) const {
   return goes_on(way, expansion(model_, way, true).value_or(straight(way)));
 }
 
-/// Where no solution is near, residuals remain, or the nearest point that solves the equations is the meeting itself.
+/// Where no solution is near, residuals remain, or the nearest point that solves the
+/// equations is the meeting itself.
 bool WayCheck::goes_on(const WayOn& way, const WayExpansion& along) const {
-  // Looks ahead by a hundredth of the time in which unknowns change by their units, where the error of a straight line is
-  // 0.01² and the distance of solutions whose slopes differ by a unit is 0.01: `share`, of 0.01, lies between.
+  // Looks ahead by a hundredth of the time in which unknowns change by their units, where the error of
+  // a straight line is 0.01² and the distance of solutions whose slopes differ by a unit is 0.01:
+  // `share`, of 0.01, lies between.
   constexpr double ahead = 0.01, share = 0.1;
   const NumericArray& equations = numeric_arrays(model_)->of_order(0);
   PointValues values = way.values;
@@ -97,9 +99,10 @@ WayExpansion WayCheck::straight(const WayOn& way) const {
 
 /// At some distance, between what rounding and what missing derivatives hide.
 bool WayCheck::is_least(const WayOn& way, const WayExpansion& along, Place place, double unit) const {
-  // The residual of the right polynomial falls faster with h than that of one with a changed coefficient, so that any
-  // share below 1 is reached at some h, unless rounding hides both. The change is that by which solutions are told apart
-  // (same_derivative), or a tenth, where a smaller one would be lost in the residual of a double root, its square.
+  // The residual of the right polynomial falls faster with h than that of one with a changed coefficient, so
+  // that any share below 1 is reached at some h, unless rounding hides both. The change is that by which
+  // solutions are told apart (same_derivative), or a tenth, where a smaller one would be lost in the
+  // residual of a double root, its square.
   constexpr double share = 0.3, change = 0.1, least_change = same_derivative;
   constexpr double unchanged = 1e-9;  // of a residual: less is rounding at the least h, 10⁻⁷
   constexpr int decades = 7;

@@ -1,5 +1,6 @@
-// Do the equations hold along a proposed continuation of a solution beyond a singular point? Near a multiple root, points
-// of the derivative array need not be solutions: z³ = x³ and its first derivatives leave z′ nearly free at 0.
+// Do the equations hold along a proposed continuation of a solution beyond a singular point? Near a
+// multiple root, points of the derivative array need not be solutions: z³ = x³ and its first
+// derivatives leave z′ nearly free at 0.
 #pragma once
 
 #include "dae/points/array_points.hpp"
@@ -7,7 +8,8 @@
 
 namespace pendula::dae {
 
-/// Up to this part of its unit, two values of a derivative are one: multiple roots are found to some digits only.
+/// Up to this part of its unit, two values of a derivative are one: multiple roots
+/// are found to some digits only.
 constexpr double same_derivative = 1e-2;
 
 class WayCheck {
@@ -15,12 +17,12 @@ class WayCheck {
   /// numeric: the derivative array by which ways were found, for the units of its columns. Both outlive it.
   WayCheck(const Model& model, const NumericArray& numeric);
 
-  /// Of every derivative in which the way differs from others: it is that of the expansion at the point, and beside
-  /// the point the residuals grow where it is changed by a tenth, in either direction.
+  /// Of every derivative in which the way differs from others: it is that of the expansion at the point, and
+  /// beside the point the residuals grow where it is changed by a tenth, in either direction.
   bool holds(const WayOn& way) const;
 
-  /// The equations have a solution beside the way a little later: none near z = 0 where z² = -t³. Values of every
-  /// unknown and derivative are moved as little as possible (Gauss-Newton).
+  /// The equations have a solution beside the way a little later: none near z = 0 where z² = -t³. Values of
+  /// every unknown and derivative are moved as little as possible (Gauss-Newton).
   bool goes_on(const WayOn& way, const WayExpansion& along) const;
   bool goes_on(const WayOn& way) const;
 
@@ -40,16 +42,16 @@ class WayCheck {
   double scale_;  ///< of time, in which an unknown changes by its unit
 };
 
-/// The derivatives that the equations do not determine where ∂F/∂(x′, z) loses rank: z′ of the algebraic variables in its
-/// null space, x″ where there are none. values: of every leaf of the equations.
+/// The derivatives that the equations do not determine where ∂F/∂(x′, z) loses rank: z′ of the algebraic
+/// variables in its null space, x″ where there are none. values: of every leaf of the equations.
 std::vector<Expr> undetermined(const Model& model, const PointValues& values);
 
 /// Names a way by its values of these derivatives, where it has them.
 void name_by(WayOn& way, const std::vector<Expr>& leaves, const WayCheck& check);
 
-/// The continuation of a solution that has reached a point where x′ and z are not determined: "z′ = 0" of z (x - z²) at
-/// x = 0. Nothing where the equations have no solution near its polynomial a little later. at: values there, with t and
-/// parameters.
+/// The continuation of a solution that has reached a point where x′ and z are not determined: "z′ = 0" of z
+/// (x - z²) at x = 0. Nothing where the equations have no solution near its polynomial a little later. at:
+/// values there, with t and parameters.
 std::optional<WayOn> arrived_way(const Model& model, const PointValues& at, const WayExpansion& arrived);
 
 }  // namespace pendula::dae

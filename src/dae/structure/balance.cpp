@@ -31,7 +31,8 @@ bool has_unknown(const Model& m, std::size_t row) {
   return false;
 }
 
-/// " of R, C, connect(R.p, C.p)": the parts and connections that these equations are from, where they are known.
+/// " of R, C, connect(R.p, C.p)": the parts and connections that these equations are
+/// from, where they are known.
 std::string origins(const Model& m, const std::vector<int>& rows) {
   std::vector<std::string> notes;
   for (int i : rows) {
@@ -61,7 +62,8 @@ bool determined_without(const Model& m, const std::vector<int>& given) {
   return modular_rank(system_jacobian(m.residuals, rest, o, sigma), n, n).rank == n;
 }
 
-/// Unknowns that can be inputs, as many as equations are missing: tried, not guessed. Empty if none was found.
+/// Unknowns that can be inputs, as many as equations are missing: tried, not
+/// guessed. Empty if none was found.
 std::vector<int> possible_inputs(const Model& m, const Blocks& blocks) {
   constexpr std::size_t affordable = 300;
   if (m.variables.size() > affordable || m.variables.size() <= m.residuals.size()) return {};

@@ -79,8 +79,8 @@ Pattern transposed(const Pattern& pattern, int columns) {
   return t;
 }
 
-/// Alternating breadth-first search: from unmatched vertices of one side over any edge, back over matched
-/// edges.
+/// Alternating breadth-first search: from unmatched vertices of one side over any
+/// edge, back over matched edges.
 Part reach(const Pattern& edges, const std::vector<int>& own_partner, const std::vector<int>& other_partner) {
   std::vector<char> seen(own_partner.size(), 0), seen_other(other_partner.size(), 0);
   Part part;
@@ -105,8 +105,8 @@ Part reach(const Pattern& edges, const std::vector<int>& own_partner, const std:
   return part;
 }
 
-/// Strongly connected components of the rows, an edge i → row_of[j] for every entry (i, j): Tarjan (1972),
-/// iterative.
+/// Strongly connected components of the rows, an edge i → row_of[j] for every entry
+/// (i, j): Tarjan (1972), iterative.
 class Components {
  public:
   Components(const Pattern& pattern, const std::vector<int>& row_of, const std::vector<char>& inside)

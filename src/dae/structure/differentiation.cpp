@@ -62,8 +62,8 @@ class Differentiation {
   Differentiated result;
 
  private:
-  /// x_j′ = f is put into other rows only where it stands in no other row that has to be differentiated: such a row
-  /// and x_j′ = f are two conditions on x_j′ (x′ = x - y, x′ = x), and both are differentiated.
+  /// x_j′ = f is put into other rows only where it stands in no other row that has to be differentiated: such
+  /// a row and x_j′ = f are two conditions on x_j′ (x′ = x - y, x′ = x), and both are differentiated.
   void keep_in_one_row() {
     std::unordered_map<Expr, std::size_t> defined_by;
     for (const Solved& row : solved_rows(m_)) defined_by[row.derivative] = row.residual;
@@ -152,7 +152,8 @@ class Differentiation {
                                             : simplify(substitute(total_derivative(before), known_));
   }
 
-  /// A list of scalar equations is told row by row; a column that reads as a vector, and a long one, stay whole.
+  /// A list of scalar equations is told row by row; a column that reads as a vector,
+  /// and a long one, stay whole.
   static bool is_told_whole(const VecX& residual) {
     constexpr Eigen::Index most_apart = 8;
     return residual.size() == 1 || residual.size() > most_apart ||

@@ -18,8 +18,8 @@ struct Differentiated {
   std::vector<std::string> trace;
 };
 
-/// Equation i is differentiated c_i times; rows x_j′ = f without algebraic variables stay and are substituted
-/// instead.
+/// Equation i is differentiated c_i times; rows x_j′ = f without algebraic variables
+/// stay and are substituted instead.
 Differentiated differentiate(const Model& model, const Offsets& offsets);
 
 }  // namespace pendula::dae

@@ -17,8 +17,8 @@ std::vector<Expr> unknowns_of(const Model& model);
 Signature signature(const Model& model);
 Signature signature(const std::vector<Expr>& residuals, const std::vector<Expr>& variables);
 
-/// J_ij = ∂F_i/∂x_j^(d_j - c_i) by rows; equal to ∂F_i^(c_i)/∂x_j^(d_j) by Griewank's lemma (Pryce 2001,
-/// eq. (3.2)).
+/// J_ij = ∂F_i/∂x_j^(d_j - c_i) by rows; equal to ∂F_i^(c_i)/∂x_j^(d_j) by Griewank's
+/// lemma (Pryce 2001, eq. (3.2)).
 std::vector<Entry> system_jacobian(const std::vector<Expr>& residuals, const std::vector<Expr>& variables,
                                    const Offsets& offsets, const Signature& sigma);
 

@@ -27,8 +27,8 @@ struct DimensionClash {
 /// The first clash in 0 = left - right, or nothing.
 ///
 /// Symbols without a unit, t and what is multiplied by them fit everything; numbers have no dimension where
-/// something that has one stands beside them, and fit everything where not. Arguments of exp, sin and the like
-/// have to be without dimension. A derivative by time divides by s.
+/// something that has one stands beside them, and fit everything where not. Arguments of exp, sin and the
+/// like have to be without dimension. A derivative by time divides by s.
 std::optional<DimensionClash> dimension_clash(Expr left, Expr right);
 
 }  // namespace pendula::dae

@@ -1,5 +1,5 @@
-// Is an expression identically zero: by residues, and for the functions that these do not know by values in double
-// precision with bounds on their rounding errors.
+// Is an expression identically zero: by residues, and for the functions that these do not know by values in
+// double precision with bounds on their rounding errors.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -34,7 +34,8 @@ bool is_out_of_range(Op op, double value, const std::array<Real, 3>& x, int arit
                      [&](const Real& r) { return r.value != 0 || op == Op::exp; });
 }
 
-/// An operation with its rounding and the operands' errors times the slopes; NaN outside the range of doubles.
+/// An operation with its rounding and the operands' errors times the slopes; NaN
+/// outside the range of doubles.
 Real operation(Op op, const std::array<Real, 3>& x, int arity) {
   const double value = apply(op, x[0].value, x[1].value, x[2].value);
   if (is_out_of_range(op, value, x, arity)) return {std::numeric_limits<double>::quiet_NaN(), 0};

@@ -10,8 +10,8 @@
 namespace pendula {
 namespace {
 
-/// Places in the order of declarations. A symbol that was only made gets its place when it is declared, so that in
-/// params "a d" a known a stands before a new d.
+/// Places in the order of declarations. A symbol that was only made gets its place when it is declared, so
+/// that in params "a d" a known a stands before a new d.
 struct Declared {
   std::uint64_t first, latest;
   bool only_made, by_user = false;

@@ -19,10 +19,11 @@ namespace pendula {
 void newly_made(Expr symbol);
 /// The symbols, declared in this order; returns them.
 std::vector<Expr> newly_declared(std::vector<Expr> symbols);
-/// A derivative that a form made an unknown, under a name like x_dot: the user may have declared one of that name, too.
+/// A derivative that a form made an unknown, under a name like x_dot: the user may have
+/// declared one of that name, too.
 Expr newly_declared_by_form(Expr unknown);
-/// An unknown that takes the place of a derivative: it is printed like the derivative it stands for, unless the
-/// user declared a symbol of its name.
+/// An unknown that takes the place of a derivative: it is printed like the derivative it stands for, unless
+/// the user declared a symbol of its name.
 Expr declared_for(Expr derivative, Expr unknown);
 /// The derivative that an unknown was made for.
 std::optional<Expr> stands_for(Expr unknown);
@@ -42,8 +43,8 @@ void sort_by_declaration(std::vector<Expr>& leaves);
 /// By latest declaration. Requires leaves of order 0.
 void sort_by_latest_declaration(std::vector<Expr>& leaves);
 
-/// A hash of kind, name and order of a symbol, or of the name of an unspecified function and its partial
-/// derivatives.
+/// A hash of kind, name and order of a symbol, or of the name of an unspecified
+/// function and its partial derivatives.
 std::uint64_t name_hash(Expr leaf);
 
 }  // namespace pendula

@@ -23,8 +23,8 @@ bool is_choice(Expr e) {
   return e.op() == Op::ifelse && e.operand(1).is_constant() && e.operand(2).is_constant();
 }
 
-/// Products of the chain rule. An operand that is not chosen contributes 0, even where the other factor is infinite: √max(0, x) is 0
-/// for x < 0, not ∞·0.
+/// Products of the chain rule. An operand that is not chosen contributes 0, even where the other factor is
+/// infinite: √max(0, x) is 0 for x < 0, not ∞·0.
 struct Times {
   bool roots;  ///< which may cancel
   Expr operator()(Expr a, Expr b) const {

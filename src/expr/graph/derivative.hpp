@@ -1,5 +1,5 @@
-// Derivatives are expressions: forward sweeps for a direction, reverse ones for gradients. x, x′, x″ are leaves
-// of their own; total derivatives follow the chain rule in time. docs/derivations.md#derivatives.
+// Derivatives are expressions: forward sweeps for a direction, reverse ones for gradients. x, x′, x″ are
+// leaves of their own; total derivatives follow the chain rule in time. docs/derivations.md#derivatives.
 #pragma once
 
 #include <unordered_map>
@@ -22,8 +22,8 @@ struct Entry {
   int row, column;
   Expr value;
 };
-/// The structurally nonzero ∂fᵢ/∂xⱼ, by rows, columns ascending. Cost: one reverse sweep per row over that
-/// row's nodes.
+/// The structurally nonzero ∂fᵢ/∂xⱼ, by rows, columns ascending. Cost: one reverse sweep
+/// per row over that row's nodes.
 std::vector<Entry> sparse_jacobian(std::span<const Expr> f, std::span<const Expr> x);
 
 /// de/dt = ∂e/∂t + Σ ∂e/∂x^(k) x^(k+1) over all variables and inputs.

@@ -15,8 +15,8 @@ namespace {
 
 constexpr double unit_roundoff = std::numeric_limits<double>::epsilon() / 2;
 
-/// What an error of operand i becomes: by the slope, or by differences where the error is not small beside the operand
-/// (from 0, too, where that is nearer: a root has no value beyond).
+/// What an error of operand i becomes: by the slope, or by differences where the error is not small beside
+/// the operand (from 0, too, where that is nearer: a root has no value beyond).
 double passed_on(Op op, int i, const double (&operand)[3], double error) {
   constexpr double small = 1e-6;
   if (error == 0) return 0;
@@ -34,8 +34,8 @@ double passed_on(Op op, int i, const double (&operand)[3], double error) {
   return largest;
 }
 
-/// Of an operation on operands with errors: theirs, and its own. Sums, differences and quotients are rounded correctly,
-/// functions of the C library are a unit in the last place off.
+/// Of an operation on operands with errors: theirs, and its own. Sums, differences and quotients are rounded
+/// correctly, functions of the C library are a unit in the last place off.
 double operation_error(Op op, double value, const double (&operand)[3], const double (&error)[3]) {
   const OpInfo& row = info(op);
   if (row.style == Style::cond || op == Op::sign) return 0;
@@ -124,8 +124,8 @@ double Evaluator::component(const Step& step, const std::vector<double>& values,
   return found->second[component_of(step.node)];
 }
 
-/// Elimination is as accurate as if every entry had an error of n roundings: the largest change of the component by a few
-/// random errors of this size.
+/// Elimination is as accurate as if every entry had an error of n roundings: the largest change of the
+/// component by a few random errors of this size.
 double Evaluator::error_of_component(const Step& step, const std::vector<double>& values,
                                      const std::vector<double>& errors, Solutions& solution_errors) const {
   constexpr int draws = 4;

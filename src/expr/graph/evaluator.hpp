@@ -20,9 +20,9 @@ class Evaluator {
   std::size_t outputs() const { return outputs_.size(); }
   /// The values of the outputs, which may be NaN or inf, where the leaves have these values.
   std::vector<double> operator()(std::span<const double> leaves) const;
-  /// Bounds of the rounding errors of the outputs, to first order, where the leaves are numbers rounded to doubles:
-  /// running error analysis (Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., §3.3). Those of solutions
-  /// of linear systems are estimates. Cost: that of three evaluations.
+  /// Bounds of the rounding errors of the outputs, to first order, where the leaves are numbers rounded to
+  /// doubles: running error analysis (Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., §3.3).
+  /// Those of solutions of linear systems are estimates. Cost: that of three evaluations.
   std::vector<double> rounding_errors(std::span<const double> leaves) const;
 
  private:

@@ -80,8 +80,8 @@ class Expr {
   friend bool operator<(Expr a, Expr b) = delete;  // conditions are lt(a, b)
 
   Op op() const;
-  /// Operands of an operation (arity of them), the arguments of a call, the entries of a linear system; empty
-  /// for leaves.
+  /// Operands of an operation (arity of them), the arguments of a call, the entries of a
+  /// linear system; empty for leaves.
   std::span<const Expr> operands() const;
   Expr operand(int i) const { return operands()[i]; }
 
@@ -161,8 +161,8 @@ const FunctionCall& call_of(Expr e);
 // ── construction ───────────────────────────────────────────────────────────────────────────────────────────
 // Every node is folded (fold.hpp) and interned: equal expressions are one node.
 
-/// The node of an operation, folded and interned. Throws Error where a constant operation has no real value
-/// (1/0).
+/// The node of an operation, folded and interned. Throws Error where a constant
+/// operation has no real value (1/0).
 Expr make(Op op, Expr a, Expr b = {}, Expr c = {});
 
 inline Expr operator+(Expr a, Expr b) { return make(Op::add, a, b); }
@@ -199,10 +199,10 @@ std::span<const Expr> solve_operands(std::uint32_t system);  ///< defined in sol
 std::span<const Expr> call_operands(std::uint32_t place);
 
 // ── memory ─────────────────────────────────────────────────────────────────────────────────────────────────
-// Expressions have no owner. The time of a session is divided into windows, and a node keeps the first and the
-// last one in which it was made or asked for. An object that was made in a window can refer to nodes that were
-// touched in it, to what it was made of (Origins in base/remembered.hpp), and to operands of these. A node that
-// was touched in no window of a living object is given back; its id is not used again.
+// Expressions have no owner. The time of a session is divided into windows, and a node keeps the first and
+// the last one in which it was made or asked for. An object that was made in a window can refer to nodes that
+// were touched in it, to what it was made of (Origins in base/remembered.hpp), and to operands of these. A
+// node that was touched in no window of a living object is given back; its id is not used again.
 
 std::uint32_t graph_size();          ///< nodes ever made: the id of the next one
 std::uint32_t expressions_in_use();  ///< nodes that were not given back
@@ -210,9 +210,9 @@ std::uint16_t expression_window();
 std::uint32_t begin_window();  ///< returns the size of the graph
 /// The expression is used in the present window.
 void touch(Expr e);
-/// Begins a window and forgets everything remembered (base/remembered.hpp). Gives back what was touched in none
-/// of `windows`, sorted, and is not touched by `touch_known`, nor an operand or the value of a symbol. Cost:
-/// O(nodes in use).
+/// Begins a window and forgets everything remembered (base/remembered.hpp). Gives back what was touched in
+/// none of `windows`, sorted, and is not touched by `touch_known`, nor an operand or the value of a
+/// symbol. Cost: O(nodes in use).
 void give_back(const std::vector<std::uint16_t>& windows, const std::function<void()>& touch_known);
 void give_back_call(std::uint32_t place);
 void give_back_system(std::uint32_t system);  ///< of linear equations; defined in solve.cpp

@@ -1,8 +1,8 @@
 // A value for every node of the graph that a pass touches.
 //
-// Values live in pages of neighbouring nodes, made when a pass first reaches them: what a pass costs depends on
-// the nodes it touches, never on how many expressions a session has made. Forgetting everything is O(1); pages
-// that long have not been reached are given back.
+// Values live in pages of neighbouring nodes, made when a pass first reaches them: what a pass costs depends
+// on the nodes it touches, never on how many expressions a session has made. Forgetting everything is O(1);
+// pages that long have not been reached are given back.
 #pragma once
 
 #include <array>

@@ -89,11 +89,12 @@ class NodeStore {
   Expr whole(long value);  ///< the same without arithmetic of GMP where |value| ≤ 16
   Expr inexact(double value);
 
-  /// Begins a window: from here on nodes are made and touched in it. False where the numbers are at their end.
+  /// Begins a window: from here on nodes are made and touched in it. False where the
+  /// numbers are at their end.
   bool begin_window();
   /// Gives back all nodes that were not touched in this window, that were not made before the end and touched
-  /// since the beginning of one of `windows`, and that no node which stays has as an operand. Ids are not used
-  /// again. Cost: O(nodes in use).
+  /// since the beginning of one of `windows`, and that no node which stays has as an operand. Ids are not
+  /// used again. Cost: O(nodes in use).
   void give_back(const std::vector<std::uint16_t>& windows);
   const Constant& constant(Expr e) const { return constants_[nodes_[e.id()].operand[0].id()]; }
 

@@ -45,9 +45,9 @@ VecX linear_solution(const MatX& A, const VecX& b);
 /// wherever it is regular; it is then factored without pivoting, in an order that keeps it sparse.
 VecX linear_solution(const std::vector<Entry>& A, const VecX& b, bool definite = false);
 
-/// The same for A = [M Cᵀ; C D], symmetric, with M ∈ ℝˡˣˡ, l = leading, positive definite and D negative semidefinite
-/// at most points: M first, then D - C M⁻¹ Cᵀ, needs no pivots there and keeps both sparse. Programs that do so check
-/// it at every evaluation (codegen/program/checked.hpp).
+/// The same for A = [M Cᵀ; C D], symmetric, with M ∈ ℝˡˣˡ, l = leading, positive definite and D negative
+/// semidefinite at most points: M first, then D - C M⁻¹ Cᵀ, needs no pivots there and keeps both sparse.
+/// Programs that do so check it at every evaluation (codegen/program/checked.hpp).
 VecX saddle_solution(const std::vector<Entry>& A, const VecX& b, int leading);
 
 /// Requires op() == Op::solve. The reference stays valid.
@@ -76,9 +76,9 @@ void lu_factor(double* a, double* pivot, int n);
 /// b becomes A⁻¹ b, or A⁻ᵀ b. Requires the result of lu_factor.
 void lu_solve(const double* lu, const double* pivot, double* b, int n, bool transposed);
 
-/// The solution over any field: `strength` of a number says how good a pivot it is, 0: it is zero. numbers:
-/// in the order of LinearSystem::operands. Returns an empty list where the matrix is singular. Cost: that of
-/// the fill.
+/// The solution over any field: `strength` of a number says how good a pivot it is, 0: it is zero.
+/// numbers: in the order of LinearSystem::operands. Returns an empty list where the matrix is
+/// singular. Cost: that of the fill.
 template <class T, class Strength>
 std::vector<T> eliminate(const LinearSystem& system, const std::vector<T>& numbers,
                          const Strength& strength) {

@@ -37,8 +37,8 @@ std::optional<VecX> null_vector(const MatX& a);
 
 /// 1, c₁, …, cₙ with det(sI - a) = sⁿ + c₁sⁿ⁻¹ + … + cₙ (Faddeev–LeVerrier: divides by integers only).
 VecX characteristic(const MatX& a);
-/// The same of doubles, the digits that a has: exact on its entries up to 40 rows, then rounded; beyond from the
-/// eigenvalues.
+/// The same of doubles, the digits that a has: exact on its entries up to 40 rows, then
+/// rounded; beyond from the eigenvalues.
 Vec characteristic(const Mat& a);
 
 struct Eigenvalue {
@@ -65,8 +65,9 @@ struct BoundedExponential {
 };
 BoundedExponential bounded_exponential(const Mat& a);
 Mat exponential(const Mat& a);
-/// The principal logarithm, eigenvalues with imaginary parts in (-π, π), and square root, eigenvalues in the right
-/// half-plane (matrix_roots.cpp). Throws Error with the eigenvalue on the negative real axis, or 0 (logarithm)
+/// The principal logarithm, eigenvalues with imaginary parts in (-π, π), and square root,
+/// eigenvalues in the right half-plane (matrix_roots.cpp). Throws Error with the eigenvalue on the
+/// negative real axis, or 0 (logarithm)
 Mat logarithm(const Mat& a);
 Mat square_root(const Mat& a);
 /// Powers of two d with similar rows and columns of diag(d)⁻¹ A diag(d). A column without a row (an input

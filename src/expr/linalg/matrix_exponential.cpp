@@ -41,7 +41,8 @@ Bounded multiplied(const Bounded& a, const Bounded& b) {
   return {a.value * b.value, gamma * (x * y) + a.error * (y + b.error) + x * b.error};
 }
 
-/// Coefficients of the numerator of the diagonal Padé approximant [m/m] of eˣ: (2m-j)! m! / ((2m)! (m-j)! j!).
+/// Coefficients of the numerator of the diagonal Padé approximant [m/m] of eˣ:
+/// (2m-j)! m! / ((2m)! (m-j)! j!).
 Vec pade_coefficients(int m) {
   Vec c(m + 1);
   c[0] = 1;
@@ -289,8 +290,8 @@ class Balance {
   double column(Index i) const { return B_.col(i).dot(kept_); }
   double row(Index i) const { return B_.row(i).dot(kept_); }
 
-  /// Chains end in states that act on nothing, or on which nothing acts: no loop passes through them, and their
-  /// entries must not move the units of the others (Parlett & Reinsch, Numer. Math. 13, 1969).
+  /// Chains end in states that act on nothing, or on which nothing acts: no loop passes through them, and
+  /// their entries must not move the units of the others (Parlett & Reinsch, Numer. Math. 13, 1969).
   void remove_ends() {
     for (bool found = true; found;) {
       found = false;

@@ -2,9 +2,9 @@
 //
 // √T of a triangular T by the recursion of Björck & Hammarling (Linear Algebra Appl. 52/53, 1983). log T by
 // inverse scaling and squaring: square roots until ‖T^{1/2^s} - I‖ is small, then the Padé approximant of
-// log(I + X) as a sum of partial fractions (Higham, Functions of Matrices, 2008, §11.5; Al-Mohy & Higham, SIAM
-// J. Sci. Comput. 34(4), 2012), whose nodes and weights are those of Gauss and Legendre on [0, 1]. The diagonal
-// of log T is log λ itself, and T^{1/2^s} - I is formed on the diagonal without cancellation.
+// log(I + X) as a sum of partial fractions (Higham, Functions of Matrices, 2008, §11.5; Al-Mohy & Higham,
+// SIAM J. Sci. Comput. 34(4), 2012), whose nodes and weights are those of Gauss and Legendre on [0, 1]. The
+// diagonal of log T is log λ itself, and T^{1/2^s} - I is formed on the diagonal without cancellation.
 #include <algorithm>
 #include <cmath>
 #include <complex>

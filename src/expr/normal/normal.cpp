@@ -117,7 +117,8 @@ void NormalForms::collect(Term& term) const {
   term.factors = std::move(merged);
 }
 
-/// What a reader expects otherwise counts more: √2/2 for 1/√2 and √(1/2), 2 √2 for √8, a b/(a + b) for 1/(1/a + 1/b).
+/// What a reader expects otherwise counts more: √2/2 for 1/√2 and √(1/2), 2 √2 for √8,
+/// a b/(a + b) for 1/(1/a + 1/b).
 double NormalForms::irregular_tokens(const Factor& f) const {
   const Atom& a = atoms_[f.atom];
   if (a.kind != AtomKind::sum) return 0;

@@ -18,8 +18,8 @@ constexpr std::size_t largest_kept = 64;
 constexpr std::size_t step = 8;  ///< a limb
 constexpr int most_kept = 4096;  ///< of each size
 
-/// Freed pieces of a few limbs, by size. Nearly all rationals have one limb each in numerator and denominator, and live
-/// for one operation: malloc and free were 40 % of the time of simplify.
+/// Freed pieces of a few limbs, by size. Nearly all rationals have one limb each in numerator and
+/// denominator, and live for one operation: malloc and free were 40 % of the time of simplify.
 class Kept {
  public:
   static bool is_small(std::size_t size) { return size <= largest_kept && !ended; }

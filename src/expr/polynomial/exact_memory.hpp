@@ -5,8 +5,8 @@
 
 namespace pendula {
 
-/// GMP aborts where malloc fails; from here on it throws std::bad_alloc, which passes through its C functions (what
-/// they had allocated is lost). To be called before the first session.
+/// GMP aborts where malloc fails; from here on it throws std::bad_alloc, which passes through its C functions
+/// (what they had allocated is lost). To be called before the first session.
 void throw_when_exact_memory_ends();
 
 /// malloc and realloc that throw std::bad_alloc. `old_size` is not used: GMP passes it.

@@ -1,7 +1,7 @@
 // Polynomials over ℚ in several generators: greatest common divisors and factors.
 //
-// The algorithms are those of FLINT (fmpq_mpoly), which is opened when the first polynomial is made: linking it would
-// cost every start of the program 3 ms.
+// The algorithms are those of FLINT (fmpq_mpoly), which is opened when the first polynomial is made: linking
+// it would cost every start of the program 3 ms.
 #pragma once
 
 #include <gmpxx.h>

@@ -1,9 +1,9 @@
 // Collected forms as quotients of coprime polynomials over ℚ in their atoms.
 //
-// Generators are the atoms that no polynomial can look into: leaves, functions, calls, powers with symbolic exponents,
-// and d-th roots where exponents are no whole numbers. What is known between generators, (a^(1/d))^d = a and
-// sin² + cos² = 1, decides whether a form vanishes; with it the ring is no longer one with unique factors, so it is
-// applied only where it makes the numerator shorter.
+// Generators are the atoms that no polynomial can look into: leaves, functions, calls, powers with symbolic
+// exponents, and d-th roots where exponents are no whole numbers. What is known between generators,
+// (a^(1/d))^d = a and sin² + cos² = 1, decides whether a form vanishes; with it the ring is no longer one
+// with unique factors, so it is applied only where it makes the numerator shorter.
 #pragma once
 
 #include <optional>
@@ -28,14 +28,15 @@ enum class Factoring {
   both          ///< numerator and denominator in irreducible factors over ℚ
 };
 
-/// The quotient of coprime polynomials that equals a sum, coefficient 0 where it vanishes. Nothing where it contains
-/// doubles, is too long for algebra at interactive speed, or where FLINT is missing.
+/// The quotient of coprime polynomials that equals a sum, coefficient 0 where it vanishes. Nothing where it
+/// contains doubles, is too long for algebra at interactive speed, or where FLINT is missing.
 std::optional<RationalForm> rational_form(NormalForms& forms, SumId s, Factoring factoring);
 
 /// The greatest common divisor of two sums (monic in its first term), where it is no constant.
 std::optional<SumId> common_divisor(NormalForms& forms, SumId a, SumId b);
 
-/// Coefficients c₀ … cₙ of a sum that is a polynomial in x of degree n ≥ 0, after cancelling; nothing where it is none.
+/// Coefficients c₀ … cₙ of a sum that is a polynomial in x of degree n ≥ 0, after
+/// cancelling; nothing where it is none.
 std::optional<std::vector<Expr>> polynomial_coefficients(Expr e, Expr x);
 
 /// Numerator and denominator of e, coprime over ℚ and multiplied out.

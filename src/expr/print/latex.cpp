@@ -44,8 +44,8 @@ std::string above_line(int order) { return order < 4 ? "" : text("^{(", order, "
 
 constexpr std::array angle_functions{"\\sinh", "\\cosh", "\\tanh", "\\sin", "\\cos", "\\tan"};
 
-/// The length of \sin, \cos … at the beginning of one function and nothing else, which takes its exponent there:
-/// \sin^2\theta, \sin^2\left(2 x\right); 0 of anything else.
+/// The length of \sin, \cos … at the beginning of one function and nothing else, which takes its exponent
+/// there: \sin^2\theta, \sin^2\left(2 x\right); 0 of anything else.
 std::size_t name_of_function(const Piece& p) {
   const std::string& text = p.text;
   for (const char* name : angle_functions) {

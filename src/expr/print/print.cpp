@@ -57,7 +57,8 @@ int width_of(const std::vector<std::vector<std::string>>& cells) {
   return width;
 }
 
-/// amsmath's matrices have ten columns at most, an array as many as it says. What is wider than a page is set small.
+/// amsmath's matrices have ten columns at most, an array as many as it says. What is
+/// wider than a page is set small.
 std::string bmatrix(const std::vector<std::vector<std::string>>& cells) {
   std::vector<std::string> rows;
   for (const auto& row : cells) rows.push_back(join(row, " & "));

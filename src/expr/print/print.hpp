@@ -1,5 +1,5 @@
-// Expressions as a textbook would set them: like terms collected, stable order, x′ x″, vectors by their
-// names.
+// Expressions as a textbook would set them: like terms collected, stable order, x′
+// x″, vectors by their names.
 //
 // The graph knows scalars only. Before printing, an expression is brought to a collected form (sums of
 // rational multiples of products of powers), and sums such as q₁p₁ + q₂p₂ + q₃p₃ over all components of known
@@ -39,7 +39,7 @@ std::string matrix_to_text(const MatX& m, const PrintOptions& options = default_
 
 /// Lua text that rebuilds the same node, also in a new session, in the vocabulary of the language:
 ///
-///   symbols     var("x")  input("u")  t  pi  var("q", 6)[3]  der(var("x"), 2)  param("m", 1), with its default
+///   symbols     var("x") input("u") t pi var("q", 6)[3] der(var("x"), 2) param("m", 1), with its default
 ///   numbers     2  9.81  0.5 where Lua reads them exactly, rational("1/3") otherwise
 ///   operations  + - * / ^ and the functions by name; conditions lt le all any, as in ifelse(lt(a, b), p, q)
 ///   functions   func("g")(vec{a, b}, c); a formal derivative is taken at placeholders, for which the

@@ -300,7 +300,8 @@ Expr simplified(Expr e) {
   }
 }
 
-/// sin((x + y)/2) of x = 2 x′, y = 2 y′: e with every symbol doubled, where a function has half of one inside; else e.
+/// sin((x + y)/2) of x = 2 x′, y = 2 y′: e with every symbol doubled, where a function
+/// has half of one inside; else e.
 Expr with_whole_angles(Expr e, std::span<const Expr> nodes) {
   const bool halves = std::any_of(nodes.begin(), nodes.end(), [](Expr node) {
     const mpq_class* q = exact_value(node);
@@ -313,8 +314,8 @@ Expr with_whole_angles(Expr e, std::span<const Expr> nodes) {
   return simplified(substitute(e, doubled));
 }
 
-/// Whether sines, cosines, hyperbolic functions and exponentials cancel by their addition theorems: the value at a
-/// random point of a finite field, which satisfies these, is 0.
+/// Whether sines, cosines, hyperbolic functions and exponentials cancel by their addition theorems: the value
+/// at a random point of a finite field, which satisfies these, is 0.
 bool vanishes_by_addition_theorems(Expr e) {
   constexpr double longest = 400;
   if (e.is_constant() || e.is_symbol() || !is_short(e, longest) || !generic::decided_by_residues({&e, 1}))

@@ -1,5 +1,5 @@
-// simplify and expand: for what people read. Both keep the value wherever the original is defined and are
-// idempotent.
+// simplify and expand: for what people read. Both keep the value wherever the original
+// is defined and are idempotent.
 #pragma once
 
 #include "expr/graph/graph.hpp"

@@ -1,5 +1,5 @@
-// Functions of related arguments in terms of one: multiples of an angle, angles that differ by parts of π, powers of
-// numbers that are products of the same primes.
+// Functions of related arguments in terms of one: multiples of an angle, angles that differ by parts of π,
+// powers of numbers that are products of the same primes.
 #include <algorithm>
 #include <map>
 
@@ -11,7 +11,8 @@ namespace {
 
 constexpr std::size_t most_related_terms = 12;
 
-/// The primes of a positive rational with their exponents; what has no factor below 1000 counts as one of them.
+/// The primes of a positive rational with their exponents; what has no factor below
+/// 1000 counts as one of them.
 std::map<mpz_class, long> primes_of(const mpq_class& q) {
   constexpr unsigned long largest = 1000;
   std::map<mpz_class, long> primes;
@@ -54,8 +55,8 @@ std::vector<SumId> Simplifier::with_related_arguments(SumId s) {
   return written;
 }
 
-/// sin 2A, cos 3A … in powers of sin A and cos A, where these occur too: 2 sin x cos x - sin 2x = 0; cos 2x also
-/// alone: 1 - cos 2x = 2 sin² x.
+/// sin 2A, cos 3A … in powers of sin A and cos A, where these occur too: 2 sin x cos x - sin 2x = 0; cos 2x
+/// also alone: 1 - cos 2x = 2 sin² x.
 std::optional<SumId> Simplifier::with_single_angles(SumId s) {
   const Sum terms = sum(s);
   if (terms.size() > most_related_terms) return {};

@@ -46,7 +46,8 @@ SumId one_and_square(Simplifier& s, SumId y, int c) {
   return s.intern(std::move(sum));
 }
 
-/// A function of an inverse function as an algebraic term, which repeats the argument: where that is not longer.
+/// A function of an inverse function as an algebraic term, which repeats the
+/// argument: where that is not longer.
 std::optional<SumId> unless_longer(Simplifier& s, Op op, const Args& x, Term value) {
   const SumId algebraic = s.product(std::move(value));
   const bool longer = s.traits(algebraic).tokens > s.traits(s.single(s.function_atom(op, x))).tokens;
@@ -201,8 +202,8 @@ mpq_class common_exponent(const Term& term) {
   return term.factors[0].exponent > 0 ? q : mpq_class(-q);
 }
 
-/// log(x^q) = q log x where x must be positive for x^q to be: q odd or not whole; log(√x √y) = log(x y)/2; with even q
-/// for x > 0, else log(1/x²) = -log(x²).
+/// log(x^q) = q log x where x must be positive for x^q to be: q odd or not whole; log(√x √y) = log(x y)/2;
+/// with even q for x > 0, else log(1/x²) = -log(x²).
 std::optional<SumId> log_of_power(Simplifier& s, Op op, const Args& x) {
   const Sum& sum = s.sum(x[0]);
   if (op != Op::log || sum.size() != 1) return {};

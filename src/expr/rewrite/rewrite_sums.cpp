@@ -1,5 +1,5 @@
-// Rules for pairs of terms of a sum: squares of sine and cosine, products of them at two angles, logarithms, arcs,
-// fractions.
+// Rules for pairs of terms of a sum: squares of sine and cosine, products of them at two
+// angles, logarithms, arcs, fractions.
 #include <algorithm>
 
 #include "expr/graph/mix.hpp"
@@ -170,8 +170,8 @@ std::optional<Sum> Simplifier::by_logarithms(const OrderedTerms& terms) {
   return {};
 }
 
-/// c R asin u + c R acos u = c R π/2, c R atan u + c R atan(1/u) = c R π sign(u)/2. Numbers a, b of one sign before
-/// asin and acos: what one of them has more than the other stays.
+/// c R asin u + c R acos u = c R π/2, c R atan u + c R atan(1/u) = c R π sign(u)/2. Numbers a, b of one sign
+/// before asin and acos: what one of them has more than the other stays.
 std::optional<Sum> Simplifier::by_arcs(const OrderedTerms& terms) {
   for (Index i = 0; i < terms.size(); ++i)
     for (const Factor& f : terms[i].factors) {

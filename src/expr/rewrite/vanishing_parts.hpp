@@ -8,8 +8,8 @@
 
 namespace pendula {
 
-/// Parts of the expressions that consist of symbols with values, and are zero there up to the rounding of these values, as the
-/// substitution part -> 0. Values that are exact rationals are not rounded.
+/// Parts of the expressions that consist of symbols with values, and are zero there up to the rounding of
+/// these values, as the substitution part -> 0. Values that are exact rationals are not rounded.
 Substitution vanishing_parts(std::span<const Expr> expressions, const std::unordered_map<Expr, Expr>& values);
 
 }  // namespace pendula

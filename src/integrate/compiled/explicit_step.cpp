@@ -37,8 +37,8 @@ std::vector<Expr> expressions(const Problem& problem) {
   return list;
 }
 
-/// Where the inputs of the program stand: h | x | K₁ | p | atol | rtol | (t, u) at the times of the stages | what depends
-/// on time alone, there.
+/// Where the inputs of the program stand: h | x | K₁ | p | atol | rtol | (t, u) at the times of the stages |
+/// what depends on time alone, there.
 struct Layout {
   std::size_t n, p, u, times, parts;
 

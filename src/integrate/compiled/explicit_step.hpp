@@ -22,11 +22,12 @@ namespace pendula::integrate {
 /// Steps of an explicit method on an explicit ODE, with their error estimates.
 class CompiledExplicitStep {
  public:
-  /// The end of a step: x₁, x₁′ and the scaled error (n numbers each); sum and largest (0 below nine unknowns, see ErrorSum)
-  /// of the squares of the scaled error, also with the second embedded method (or zeros); and for the test of stiffness the squares
-  /// of ‖f(x₁) - f(g)‖ and ‖x₁ - g‖ with a second stage g at the end of the step (or zeros).
-  /// near_conditions: x₁ violates none of the problem's projections by more than Problem::projection_share of what a
-  /// change of every state by its tolerance would do (Problem::project_if_needed).
+  /// The end of a step: x₁, x₁′ and the scaled error (n numbers each); sum and largest (0 below nine
+  /// unknowns, see ErrorSum) of the squares of the scaled error, also with the second embedded method
+  /// (or zeros); and for the test of stiffness the squares of ‖f(x₁) - f(g)‖ and ‖x₁ - g‖ with a second
+  /// stage g at the end of the step (or zeros). near_conditions: x₁ violates none of the problem's
+  /// projections by more than Problem::projection_share of what a change of every state by its tolerance
+  /// would do (Problem::project_if_needed).
   struct End {
     const double *x, *xdot, *scaled;
     double sum, largest, second_sum, second_largest, slope_change, change;

@@ -8,7 +8,8 @@ namespace pendula::integrate {
 
 using Slots = std::vector<codegen::Slot>;
 
-/// A value of a program, or a number that becomes a constant of the program where it meets one. Conditions are 1 or 0.
+/// A value of a program, or a number that becomes a constant of the program where it
+/// meets one. Conditions are 1 or 0.
 class Formula {
  public:
   Formula(double constant) : constant_(constant) {}  // NOLINT: numbers stand in formulas

@@ -1,8 +1,9 @@
 // Explicit steps with step size control for several parameter sets at once, as straight-line machine code.
 //
-// Every lane has its own t, dt, error estimate and decision: a step that is not accepted leaves the lane's state as
-// it was, with a smaller dt. Nothing a lane computes depends on the others. Step (pair_emitter.hpp) and controller
-// (step_controller.hpp) are those of ExplicitStepper: where f gives the same bits, lanes take the same steps.
+// Every lane has its own t, dt, error estimate and decision: a step that is not accepted leaves the lane's
+// state as it was, with a smaller dt. Nothing a lane computes depends on the others. Step
+// (pair_emitter.hpp) and controller (step_controller.hpp) are those of ExplicitStepper: where f gives the
+// same bits, lanes take the same steps.
 #pragma once
 
 #include <memory>
@@ -16,8 +17,8 @@
 namespace pendula::integrate {
 
 /// The numbers of a lane, in this order. What a step changes: t, the number of rejections, the state of the
-/// controller, then x and x′ (n numbers each). What it does not: those of `Given`, then p, then rtol and atol (n
-/// numbers each).
+/// controller, then x and x′ (n numbers each). What it does not: those of `Given`, then p, then
+/// rtol and atol (n numbers each).
 namespace lane {
 using Control = StepState<double>;
 constexpr int t = 0, rejected = 1, control = 2, numbers = control + static_cast<int>(Control::fields.size());
@@ -62,9 +63,9 @@ class CompiledLaneStep {
   int atol() const { return rtol() + n_; }
   int size() const { return atol() + n_; }
 
-  /// state: size() numbers per lane. out: the changing() numbers after the attempt, then 1 where the lane
-  /// needs attention: look_at or most_steps was reached, the step size has vanished, or stability limits the
-  /// steps.
+  /// state: size() numbers per lane. out: the changing() numbers after the attempt, then 1
+  /// where the lane needs attention: look_at or most_steps was reached, the step size has
+  /// vanished, or stability limits the steps.
   void step(const double* state, double* out, double* work) const { step_->run(state, out, work); }
   /// x′ and a first step from t, x and what is given; changing() numbers.
   void start(const double* state, double* out, double* work) const { start_->run(state, out, work); }

@@ -1,6 +1,8 @@
-// Writes one step of an explicit Runge-Kutta pair into a program: stages, end, error estimate, stiffness estimate.
+// Writes one step of an explicit Runge-Kutta pair into a program: stages, end, error
+// estimate, stiffness estimate.
 //
-// The same formulas in the same order for a single run (explicit_step.hpp) and for lanes (lane_step.hpp): equal bits.
+// The same formulas in the same order for a single run (explicit_step.hpp) and for
+// lanes (lane_step.hpp): equal bits.
 #pragma once
 
 #include <functional>
@@ -15,7 +17,8 @@ class PairEmitter {
   /// f at stage i (i = stages: at the end of the step) and x, n values.
   using Slope = std::function<Slots(int, const Slots&)>;
 
-  /// A step of length h from x with x′. Requires an explicit method. Stages are written when something needs them.
+  /// A step of length h from x with x′. Requires an explicit method. Stages are
+  /// written when something needs them.
   PairEmitter(codegen::Writer& w, const Tableau& rk, Formula h, Slots x, Slots xdot, Slope slope);
 
   const Slots& slope(int stage);

@@ -32,11 +32,11 @@ class CompiledRosenbrockStep {
     bool regular;
   };
 
-  /// Nothing where there is no machine code or it would be long. Remembered for equal equations, method and
-  /// pivots.
+  /// Nothing where there is no machine code or it would be long. Remembered for
+  /// equal equations, method and pivots.
   static std::shared_ptr<CompiledRosenbrockStep> make(const Request& request);
-  /// slope: ∂F/∂t by differences where the model has inputs (N numbers), else not read. Valid until the next
-  /// run.
+  /// slope: ∂F/∂t by differences where the model has inputs (N numbers), else not
+  /// read. Valid until the next run.
   End run(Problem& problem, const Point& from, double dt, const double* slope);
 
  private:

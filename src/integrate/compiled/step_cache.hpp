@@ -1,5 +1,5 @@
-// Parts of the programs that do whole steps (explicit_step.hpp, newton_step.hpp), and their cache by equations and
-// coefficients.
+// Parts of the programs that do whole steps (explicit_step.hpp, newton_step.hpp), and their cache
+// by equations and coefficients.
 #pragma once
 
 #include <memory>

@@ -1,5 +1,6 @@
-// Conditions of events that are at their roots when the first of several simultaneous resets happens, and which of them
-// the resets send across. The third ball of Newton's cradle touches the second, which the first has just hit.
+// Conditions of events that are at their roots when the first of several simultaneous resets
+// happens, and which of them the resets send across. The third ball of Newton's cradle touches the
+// second, which the first has just hit.
 #pragma once
 
 #include <functional>
@@ -13,7 +14,8 @@ namespace pendula::integrate {
 
 class AtRoots {
  public:
-  /// d condition/dt where the run stands, by the number of its event; 0 or not a number where it is not known.
+  /// d condition/dt where the run stands, by the number of its event; 0 or not a
+  /// number where it is not known.
   using Slope = std::function<double(int)>;
   struct Sent {
     int which;
@@ -27,15 +29,18 @@ class AtRoots {
   double fastest() const { return fastest_; }
   bool is_leaving(double slope) const;  ///< visibly: blows that send each other back end
 
-  /// Adds event i, whose condition is at its root before and after the resets. slope: before them; since: time since the
-  /// event happened, or not a number; interval: of the run. To be called after all measurements.
+  /// Adds event i, whose condition is at its root before and after the resets. slope: before
+  /// them; since: time since the event happened, or not a number; interval: of the run. To be
+  /// called after all measurements.
   void add(std::size_t i, double slope, double since, double interval);
 
-  /// Has a reset changed the slope of an event that reached its root at this very moment? Called once for each.
+  /// Has a reset changed the slope of an event that reached its root at this very
+  /// moment? Called once for each.
   bool order_matters(int which, double now);
   /// Looks at the slopes since the last reset.
   void look(const Slope& now) { first_sent(now); }
-  /// The same, and the first event that leaves its root in its direction after it was at rest there or moved back.
+  /// The same, and the first event that leaves its root in its direction after it
+  /// was at rest there or moved back.
   std::optional<Sent> sent_across(const Slope& now);
 
  private:
@@ -47,8 +52,9 @@ class AtRoots {
   double fastest_ = 0;
 };
 
-/// The states that a condition and its slope depend on, by the equations of these states as they are written, ascending
-/// by id; nothing where these equations contain other unknowns, which may depend on every state. Cost: linear in them.
+/// The states that a condition and its slope depend on, by the equations of these states as they are
+/// written, ascending by id; nothing where these equations contain other unknowns, which may depend on
+/// every state. Cost: linear in them.
 std::optional<std::vector<Expr>> states_behind(Expr when, const dae::FirstOrder& form);
 
 /// That what comes of events at one moment may depend on their order.

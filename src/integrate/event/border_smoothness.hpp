@@ -1,7 +1,7 @@
 // Whether the equations are continuous, or differentiable, across a border: decided from their expressions.
 //
-// With all branches frozen (surfaces.hpp), a residual is an analytic function of its leaves, F₊ on one side of
-// the border s = 0 and F₋ on the other. An analytic function that vanishes at random points of the border
+// With all branches frozen (surfaces.hpp), a residual is an analytic function of its leaves, F₊ on one side
+// of the border s = 0 and F₋ on the other. An analytic function that vanishes at random points of the border
 // vanishes on all of it (but for a set of exceptions of measure 0). So:
 //
 //   D = F₊ - F₋ = 0 on s = 0          the equations are continuous there: a kink

@@ -46,8 +46,8 @@ bool is_polynomial_of_sines(Expr when) {
   });
 }
 
-/// Slopes of the arguments of sines in the conditions and, where a slope is measured, in the equations, too: a sinusoidal
-/// voltage makes unknowns in conditions oscillate.
+/// Slopes of the arguments of sines in the conditions and, where a slope is measured, in the equations, too:
+/// a sinusoidal voltage makes unknowns in conditions oscillate.
 template <class Known>
 std::vector<Expr> phases_of(GivenConditions list, const std::vector<Expr>& equations, const Known& is_known,
                             EventConditions& out) {

@@ -23,8 +23,8 @@ struct EventConditions {
   std::vector<char> slope_known;  ///< dg/dt contains nothing but known leaves
   std::vector<char> measured;     ///< its slope is a difference along the step
   std::vector<char> clock;        ///< g depends on time alone
-  /// g is not a polynomial of t, x and their sines and cosines: like 1 - 2 exp(-100 x²) it may touch 0 between two samples
-  /// of a step in which the solution is smooth.
+  /// g is not a polynomial of t, x and their sines and cosines: like 1 - 2 exp(-100 x²) it may touch 0
+  /// between two samples of a step in which the solution is smooth.
   std::vector<char> may_dip;
   std::vector<std::size_t> phases;  ///< the condition of each of those arguments
   bool needs_derivatives = false;

@@ -7,11 +7,11 @@
 
 namespace pendula::integrate {
 
-/// Does every condition stay away from zero in the step? Judged by two cubics, to the middle of the step and from there:
-/// their control points bound them, and their error is taken to be several times that of the cubic through the ends of
-/// the step, measured in the middle. Near an extremum g must also exceed the error of the coarse interpolant (see
-/// bottom()). False for conditions that the step size does not follow: of time alone, with dips, without slopes.
-/// Leaves the end of the step in here_.
+/// Does every condition stay away from zero in the step? Judged by two cubics, to the middle of the step and
+/// from there: their control points bound them, and their error is taken to be several times that of the
+/// cubic through the ends of the step, measured in the middle. Near an extremum g must also exceed the error
+/// of the coarse interpolant (see bottom()). False for conditions that the step size does not follow: of time
+/// alone, with dips, without slopes. Leaves the end of the step in here_.
 bool EventFinder::stays_away(Stepper& stepper, const StepView& step) {
   constexpr double several = 8;
   constexpr double of_slope = 0.143;  // greatest value of s²(1-s)²(s-½), beside its slope at ½
@@ -41,8 +41,8 @@ bool EventFinder::stays_away(Stepper& stepper, const StepView& step) {
   return true;
 }
 
-/// Illinois-safeguarded secant between points of opposite sign; the end where the sign has changed. What is smaller
-/// than the blur is still on the side of ga.
+/// Illinois-safeguarded secant between points of opposite sign; the end where the sign has changed. What is
+/// smaller than the blur is still on the side of ga.
 EventFinder::Root EventFinder::locate(Stepper& stepper, const StepView& step, int which, double a, double ga,
                                       double b, double gb, double blur) {
   int side = 0;
@@ -71,11 +71,11 @@ EventFinder::Root EventFinder::locate(Stepper& stepper, const StepView& step, in
   return root(b);
 }
 
-/// Where g touches or crosses zero between two samples of one sign, by bisection on the sign of its slope. Ends without
-/// a root where the tangents at both ends of a small part meet well above zero: a convex curve lies above them. (A curve
-/// with an inflection, like a sine, need not; its chord is steeper than one of the tangents.) Ends also where neither
-/// tangents nor chord come near zero over the whole part: slopes of the coarse interpolant are not derivatives of its
-/// values, and do not fit the chord where g hardly changes.
+/// Where g touches or crosses zero between two samples of one sign, by bisection on the sign of its slope.
+/// Ends without a root where the tangents at both ends of a small part meet well above zero: a convex curve
+/// lies above them. (A curve with an inflection, like a sine, need not; its chord is steeper than one of the
+/// tangents.) Ends also where neither tangents nor chord come near zero over the whole part: slopes of the
+/// coarse interpolant are not derivatives of its values, and do not fit the chord where g hardly changes.
 EventFinder::Dip EventFinder::dip(Stepper& stepper, const StepView& step, int which, const Sample& a,
                                   const Sample& b, Detail detail) {
   constexpr double well = 0.5;   // of the smaller value
@@ -106,10 +106,10 @@ EventFinder::Dip EventFinder::dip(Stepper& stepper, const StepView& step, int wh
   return {{}, low.t, 0};
 }
 
-/// dip() on the solution, after a search on the coarse interpolant, which costs no evaluation of the equations. That
-/// search decides where its minimum is well above zero and the solution agrees there, or where g could not fall to zero
-/// within the whole step at its steepest slope (at the ends of the step or beside the minimum): the coarse interpolant
-/// errs by a fraction of what the solution moves by in the step.
+/// dip() on the solution, after a search on the coarse interpolant, which costs no evaluation of the
+/// equations. That search decides where its minimum is well above zero and the solution agrees there, or
+/// where g could not fall to zero within the whole step at its steepest slope (at the ends of the step or
+/// beside the minimum): the coarse interpolant errs by a fraction of what the solution moves by in the step.
 std::optional<double> EventFinder::bottom(Stepper& stepper, const StepView& step, int which, const Sample& a,
                                           const Sample& b) {
   constexpr double close = 0.125;  // of g; beside the half that `well` leaves
@@ -158,8 +158,9 @@ std::optional<EventFinder::Root> EventFinder::root_between(Stepper& stepper, con
   } else if (!wanted(i, rising)) {
     return {};
   }
-  // `a` may be a root itself: step back towards it until its sign just after is seen. What is smaller than the
-  // rounding of g there belongs to that root: a ball on a moving table would be thrown back while it still rises.
+  // `a` may be a root itself: step back towards it until its sign just after is seen. What is
+  // smaller than the rounding of g there belongs to that root: a ball on a moving table would be
+  // thrown back while it still rises.
   const double blur = std::fabs(ga) <= tiny && turns_back(i) ? blur_[i] : 0;
   double t = left;
   for (int k = 0; std::fabs(ga) <= tiny; ++k) {

@@ -12,8 +12,9 @@
 namespace pendula::integrate {
 namespace {
 
-// Relative rounding errors of an unknown: of one that Newton's method finds, which RhsSolver solves for to 1e-14 = 45 ε;
-// and of a state, to which a step adds h Σ bᵢ Kᵢ (one rounding, ½ ε) and which enters g by some dozen operations at most.
+// Relative rounding errors of an unknown: of one that Newton's method finds, which RhsSolver solves for to
+// 1e-14 = 45 ε; and of a state, to which a step adds h Σ bᵢ Kᵢ (one rounding, ½ ε) and which enters g by
+// some dozen operations at most.
 constexpr double rounding_of_solved = 64 * eps, rounding_of_state = 8 * eps;
 constexpr int pieces = 4;  // of a step, which are sampled, and halved where needed
 constexpr int deepest = 3, deepest_clock = 8;
@@ -221,8 +222,9 @@ int EventFinder::vanished(const std::vector<double>& g) const {
   return -1;
 }
 
-/// The height of a bounce that rounding errors of large terms hide; the speed of a surface that begins to slide. Terms
-/// may be so large that g is never above their rounding: then g is compared with its own largest value.
+/// The height of a bounce that rounding errors of large terms hide; the speed of a surface that
+/// begins to slide. Terms may be so large that g is never above their rounding: then g is
+/// compared with its own largest value.
 bool EventFinder::is_invisible(std::size_t i) {
   const double g = std::fabs(last_.g[i]);
   return g <= 1e-12 * largest_[i] && g <= rounding(i);
@@ -243,7 +245,8 @@ void EventFinder::start(const Point& point, const std::vector<Crossing>& crossed
   for (const Crossing& c : crossed) {
     double& g = last_.g[c.which];
     beginnings_[c.which] = {std::fabs(g - c.g) <= 1e-3 * std::fabs(c.g), c.rising ? -1 : 1};
-    // an unknown that is solved for anew, in another branch, is 0 up to the rounding of its equations and of t
+    // an unknown that is solved for anew, in another branch, is 0 up to the rounding
+    // of its equations and of t
     const double size = largest_[c.which] + std::fabs(c.slope) * std::max(span_, std::fabs(point.t));
     if (conditions_->measured[c.which] && std::fabs(g) <= rounding_of_solved * size) g = 0;
   }
@@ -281,8 +284,8 @@ bool EventFinder::ends_at_zero(std::size_t i, const Sample& a, const Sample& b) 
   return a.g[i] * b.slope[i] < 0 && is_zero(i, b);
 }
 
-/// A sine of a condition turns by more than a radian. A run whose steps hold more turns than can be counted, again and
-/// again, would not come to an end: then its borders are looked at less closely, and events end it.
+/// A sine of a condition turns by more than a radian. A run whose steps hold more turns than can be counted,
+/// again and again, would not come to an end: then its borders are looked at less closely, and events end it.
 bool EventFinder::oscillates(const Sample& a, const Sample& b, int depth) {
   constexpr int close = 12, coarse = 4;  // halvings: 4096 samples in a quarter of a step
   constexpr long many = 20000;           // samples between which a sine turns: some steps full of them
@@ -322,8 +325,8 @@ std::optional<EventFinder::Hit> EventFinder::scan(Stepper& stepper, const StepVi
   return {};
 }
 
-/// Gives a sample inside the step at which g is 0 the sign of g just after it: a root is found there if that differs from
-/// the sign before. At the end of the step this is left to the next step.
+/// Gives a sample inside the step at which g is 0 the sign of g just after it: a root is found there if that
+/// differs from the sign before. At the end of the step this is left to the next step.
 void EventFinder::decide_zeros(Stepper& stepper, const StepView& step, const Sample& a, Sample& b) {
   constexpr double ahead = 1.0 / 64;  // of the rest of the step
   for (std::size_t i = 0; i < events_->size(); ++i) {
@@ -359,9 +362,9 @@ void EventFinder::settle_zeros(const Sample& a, Sample& b) const {
       b.g[i] = a.g[i] == 0 ? 0.0 : std::copysign(tiny, b.slope[i]);
 }
 
-/// The slope of a condition that is 0 where the search begins, extrapolated from the two closest values that can be
-/// told from that one: the step may be longer than the excursion that begins here. Where the slope cannot be told
-/// from 0, a reset has thrown the solution back.
+/// The slope of a condition that is 0 where the search begins, extrapolated from the two closest values that
+/// can be told from that one: the step may be longer than the excursion that begins here. Where the slope
+/// cannot be told from 0, a reset has thrown the solution back.
 double EventFinder::slope_after(Stepper& stepper, const StepView& step, std::size_t i) {
   constexpr double closer = 8;
   const double invisible = rounding_of_solved * largest_[i];

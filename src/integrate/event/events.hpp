@@ -40,8 +40,9 @@ struct Event {
 
 struct EventList {
   std::vector<Event> list;
-  /// For a run that continues another one: on which side of its root each condition was just before the start. Events
-  /// whose condition has jumped across its root happen at the start. Empty, or for the first events.
+  /// For a run that continues another one: on which side of its root each condition was just
+  /// before the start. Events whose condition has jumped across its root happen at the start.
+  /// Empty, or for the first events.
   std::vector<double> sides;
   /// Conditions that the states must satisfy after a reset, level by level; `reset` says which states keep
   /// their new value. Throws Error when they cannot.
@@ -56,13 +57,13 @@ class Oscillation : public Failure {
 
 /// Finds the first root inside a step.
 ///
-/// A step is sampled in pieces, unless cubics through its ends and its middle show that no condition comes near zero.
-/// Between two samples a change of sign is a root; where the slopes say that g
-/// could have gone to zero and back, the piece is halved a few times, more often for functions of time alone,
-/// which are cheap and do not limit the step size themselves. A condition that contains sines and cosines is
-/// sampled once per radian of their arguments: where it oscillates faster than the solution, its slopes at two
-/// samples say nothing. Slopes that the equations do not give are differences along the step. Where a root is
-/// found, the signs of the other conditions there show roots of theirs that lie before it.
+/// A step is sampled in pieces, unless cubics through its ends and its middle show that no condition comes
+/// near zero. Between two samples a change of sign is a root; where the slopes say that g could have gone to
+/// zero and back, the piece is halved a few times, more often for functions of time alone, which are cheap
+/// and do not limit the step size themselves. A condition that contains sines and cosines is sampled once per
+/// radian of their arguments: where it oscillates faster than the solution, its slopes at two samples say
+/// nothing. Slopes that the equations do not give are differences along the step. Where a root is found, the
+/// signs of the other conditions there show roots of theirs that lie before it.
 class EventFinder {
  public:
   EventFinder(const ProblemPtr& problem, const std::vector<Event>& events);
@@ -104,8 +105,8 @@ class EventFinder {
   void set_modes(const std::vector<double>& modes) { problem_->set_modes(modes); }
   /// At a new beginning: a zero of this event counts as this side of it.
   void set_side(int which, int side);
-  /// A new beginning at a point: what is zero here does not count as a root here, nor does the root from which
-  /// the run begins again (crossed), unless it has changed since.
+  /// A new beginning at a point: what is zero here does not count as a root here, nor does the root from
+  /// which the run begins again (crossed), unless it has changed since.
   void start(const Point& point, const std::vector<Crossing>& crossed = {});
   /// On which side of its root an event function is at the last point looked at: -1, 1, or 0.
   double side(int which) const;
@@ -117,8 +118,8 @@ class EventFinder {
   double slope(int which, const Point& point);
   /// dg/dt between two points of a solution that are close to each other; where it is known, at the second.
   double slope_between(int which, const Point& a, const Point& b);
-  /// The piecewise event with a termination_reason that is 0 at a point, beside its largest value so far: a divisor
-  /// max(x, -x), whose own border hides that; -1 if there is none.
+  /// The piecewise event with a termination_reason that is 0 at a point, beside its largest value so far: a
+  /// divisor max(x, -x), whose own border hides that; -1 if there is none.
   int vanished(const Point& point);
   /// The same, of values(): at the end of a step.
   int vanished(const std::vector<double>& g) const;
@@ -127,8 +128,9 @@ class EventFinder {
   std::optional<Hit> find(Stepper& stepper, const StepView& step);
   /// After a root that changes nothing: go on behind it.
   void pass(const Hit& hit, Stepper& stepper, const StepView& step);
-  /// Has the condition of a reset only been 0 to rounding since the last sample, as for bodies that move side by side?
-  /// Then it has crossed nothing, and the search goes on after it, on the side where the condition was.
+  /// Has the condition of a reset only been 0 to rounding since the last sample, as for bodies
+  /// that move side by side? Then it has crossed nothing, and the search goes on after it, on
+  /// the side where the condition was.
   bool rests(const Hit& hit, Stepper& stepper, const StepView& step);
 
  private:

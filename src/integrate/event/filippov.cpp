@@ -37,8 +37,8 @@ class Sides {
   Expr plus(Expr e) const { return substitute(e, above_); }
   /// F₊ - F₋
   Expr jump(Expr e) const { return simplify(plus(e) - substitute(e, below_)); }
-  /// (1 - μ) F₊ + μ F₋ with μ = a/b. A jump that is a multiple of b is written without the quotient, which is 0/0 where a
-  /// normal force vanishes.
+  /// (1 - μ) F₊ + μ F₋ with μ = a/b. A jump that is a multiple of b is written without the quotient, which is
+  /// 0/0 where a normal force vanishes.
   void combine(std::vector<Expr>& list, Expr a, Expr b) const {
     for (Expr& e : list)
       if (const Expr D = jump(e); D.is_zero())
@@ -85,8 +85,9 @@ Substitution on_border(Expr s, const dae::FirstOrder& form) {
   return {};
 }
 
-/// μ from the first of s′, s″ … that jumps on the border; those before it vanish as s does. √|s| has no derivative
-/// there: the state that s determines is substituted into equations with a root of s. False where no derivative jumps.
+/// μ from the first of s′, s″ … that jumps on the border; those before it vanish as s does. √|s| has
+/// no derivative there: the state that s determines is substituted into equations with a root of s.
+/// False where no derivative jumps.
 bool slide_by_slope(SlidingForm& sliding, Expr border, const Sides& sides, bool has_root, const Values& at) {
   constexpr int highest = 3;
   std::vector<Expr> conditions{border};

@@ -45,8 +45,8 @@ std::optional<double> jump_in(const std::function<double(double)>& f, const Eigh
   std::array<double, eighths> changes;
   for (std::size_t k = 0; k < eighths; ++k) changes[k] = list[k].change();
   std::sort(changes.begin(), changes.end());
-  // Few eighths stand out; where none does, as on a straight line or with a jump in each, the largest is
-  // tried.
+  // Few eighths stand out; where none does, as on a straight line or with a jump in
+  // each, the largest is tried.
   const double usual = std::min(3 * changes[1], 0.999 * changes[eighths - 1]);
   for (Piece piece : list) {
     const double change = piece.change();
@@ -79,8 +79,9 @@ void halve(const std::function<double(double)>& f, Triple& p) {
                         [](const Triple& x, const Triple& y) { return x.bend() < y.bend(); });
 }
 
-/// A change Δ of slope at a distance d from the middle of a triple of length 2 δ bends f by Δ (δ - |d|): after two
-/// halvings between 1/8 and 1/2 of the first is left, after four 1/32 and 1/8; of what f″ makes 1/16 and 1/256.
+/// A change Δ of slope at a distance d from the middle of a triple of length 2 δ bends f by Δ
+/// (δ - |d|): after two halvings between 1/8 and 1/2 of the first is left, after four 1/32 and 1/8;
+/// of what f″ makes 1/16 and 1/256.
 std::optional<double> kink_in(const std::function<double(double)>& f, const Eighths& list, double rounding,
                               double size) {
   constexpr std::size_t most = 4;  // triples that stand out: of two kinks

@@ -48,8 +48,8 @@ struct Pulse {
   int rest_before = first, rest_behind = last;
 };
 
-/// The feet of a bell curve: a step that ends in one and has no stage there has not seen it. Not more than the
-/// length of the pulse on either side: the feet of 1/(1 + t²) have no end.
+/// The feet of a bell curve: a step that ends in one and has no stage there has not seen it. Not more than
+/// the length of the pulse on either side: the feet of 1/(1 + t²) have no end.
 void add_feet(Pulse& pulse, const std::vector<double>& f, double range) {
   constexpr double at_rest = 1e-9;  // of the range
   const int length = pulse.last - pulse.first;

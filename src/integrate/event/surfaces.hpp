@@ -7,15 +7,16 @@
 //   kink     both sides agree in value
 //   open     the sides differ, or it depends on where the border is crossed
 //
-// A border is located as a root, so that every step sees one side only: a step size that has grown on one side
-// may be far too long for the other, even where the equations are smooth. During a step the branch of such a border is held fixed ("frozen"): abs(a) → σa, sign(a) → σ,
-// a < b → σ, with a "mode" σ that is constant between crossings. Each step then sees smooth equations,
-// crossings are roots along a smooth solution, and the next step begins there with the other mode:
+// A border is located as a root, so that every step sees one side only: a step size that has grown on one
+// side may be far too long for the other, even where the equations are smooth. During a step the branch of
+// such a border is held fixed ("frozen"): abs(a) → σa, sign(a) → σ, a < b → σ, with a "mode" σ that is
+// constant between crossings. Each step then sees smooth equations, crossings are roots along a smooth
+// solution, and the next step begins there with the other mode:
 //
 //   x′ = 2 - abs(x)   →   x′ = 2 - σx,  σ = ±1, and the surface 0 = x
 //
-// Functions that switch without a branch (atan2, asin(sin u), acos(cos u), atan(tan u), √(v²)) are evaluated as they are
-// written, in steps that end on their borders.
+// Functions that switch without a branch (atan2, asin(sin u), acos(cos u), atan(tan u), √(v²)) are evaluated
+// as they are written, in steps that end on their borders.
 //
 // A branch is never frozen where a root or a logarithm could leave its domain behind the border. A run may
 // thaw borders on which the equations are continuous, where locating does not pay: they are evaluated as they

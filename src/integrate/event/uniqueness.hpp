@@ -1,13 +1,14 @@
 // Points from which more than one solution goes on.
 //
-// Where the slope of f is infinite, x′ = f(x) need not have one solution: from x = 0, x′ = √|x| may stay, or leave
-// at any later time, and which of these a run follows is decided by rounding. Beside such a point the argument u of
-// the root moves away from 0 at a rate u′ ~ |u|^q, 0 < q < 1: then ∫ du/u′, the time it takes, is finite (Osgood's
-// criterion: Hartman, Ordinary Differential Equations, ch. III, cor. 6.2). A tank that runs empty, h′ = -√h, moves
-// towards 0, and q = 0 where the solution passes; both are unique.
+// Where the slope of f is infinite, x′ = f(x) need not have one solution: from x = 0, x′ = √|x| may stay, or
+// leave at any later time, and which of these a run follows is decided by rounding. Beside such a point the
+// argument u of the root moves away from 0 at a rate u′ ~ |u|^q, 0 < q < 1: then ∫ du/u′, the time it takes,
+// is finite (Osgood's criterion: Hartman, Ordinary Differential Equations, ch. III, cor. 6.2). A tank that
+// runs empty, h′ = -√h, moves towards 0, and q = 0 where the solution passes; both are unique.
 //
 // At second order, x″ = √|x|, u is left from rest: u = u′ = 0, and u″ ~ |u|^q beside it. From u = 0 then
-// u′ = √(2 ∫ u″ du) ~ u^((1+q)/2), which for q < 1 is the case above. So for u⁽ᵏ⁾ ~ |u|^q, with u … u⁽ᵏ⁻¹⁾ all 0.
+// u′ = √(2 ∫ u″ du) ~ u^((1+q)/2), which for q < 1 is the case above. So for u⁽ᵏ⁾ ~
+// |u|^q, with u … u⁽ᵏ⁻¹⁾ all 0.
 #pragma once
 
 #include <string>
@@ -21,14 +22,14 @@ namespace pendula::integrate {
 
 class UniquenessCheck {
  public:
-  /// Collects the roots √u and u^q, 0 < q < 1, of a problem's equations whose u contains t, states and parameters only
-  /// (|v|, max(v, 0) and 2 v count as v), and of u′, u″ … those that contain nothing else either, nor a root. Cost: one
-  /// pass over the equations, cached for the next run.
+  /// Collects the roots √u and u^q, 0 < q < 1, of a problem's equations whose u contains t, states and
+  /// parameters only (|v|, max(v, 0) and 2 v count as v), and of u′, u″ … those that contain nothing else
+  /// either, nor a root. Cost: one pass over the equations, cached for the next run.
   explicit UniquenessCheck(const Problem& problem);
   bool empty() const { return roots_.empty(); }
 
-  /// "x = 0 at t = 1 …" where more than one solution leaves this point, else "". Cost: a kernel of the arguments; six
-  /// evaluations of x′ for each that is 0. derivative: of the equations in force.
+  /// "x = 0 at t = 1 …" where more than one solution leaves this point, else "". Cost: a kernel of the
+  /// arguments; six evaluations of x′ for each that is 0. derivative: of the equations in force.
   std::string at(RhsSolver& derivative, const Point& point, const Tolerances& tolerances);
 
  private:

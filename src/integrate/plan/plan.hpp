@@ -36,8 +36,8 @@ struct Plan {
   bool check_singularities = true;  ///< false: no guards, no blocks
   std::vector<Guard> guards;        ///< where one vanishes, the run stops
   std::vector<Guard> choices;  ///< where one rests at 0 within the tolerances, a run with chosen steps stops
-  /// Asked where a run stops: "; solutions go on there with z′ = -1 or z′ = 1", or "". here: a guard vanishes there;
-  /// else the place where solutions meet is looked for ahead.
+  /// Asked where a run stops: "; solutions go on there with z′ = -1 or z′ = 1", or "". here: a guard vanishes
+  /// there; else the place where solutions meet is looked for ahead.
   std::function<std::string(const Point&, bool here)> ways_on;
   std::vector<dae::LargeBlock> blocks;  ///< where one loses its rank, the run stops (rank_monitor.hpp)
 
@@ -51,8 +51,8 @@ struct Plan {
   /// Index of every unknown of (x, z) for the error test of a model of index 2 or 3 (Hairer & Wanner II,
   /// §VII.4); empty: all 1.
   std::vector<int> variable_index;
-  /// Chains of derivatives as unknowns (form "array"): each one is a difference of larger ones, so that rounding errors
-  /// are monitored at every tolerance.
+  /// Chains of derivatives as unknowns (form "array"): each one is a difference of larger ones, so that
+  /// rounding errors are monitored at every tolerance.
   bool has_chains = false;
   EventList events;
   int modes = 0;  ///< of the surfaces among the events
@@ -69,8 +69,8 @@ struct Plan {
 
 struct MethodFamily;  // methods.hpp
 
-/// A method of any kind: with fixed steps a tableau or a multistep method, with chosen steps a family and what
-/// it needs.
+/// A method of any kind: with fixed steps a tableau or a multistep method, with chosen
+/// steps a family and what it needs.
 struct Method {
   const MethodFamily* family = nullptr;  ///< of adaptive methods; none: "auto", chosen for the model
   TableauPtr tableau;

@@ -4,9 +4,9 @@
 // equation is at rest when its residual is exactly 0, the x′ in it are 0, and neither t nor an input occurs
 // in it. Every unknown (x′ᵢ or zⱼ) is paired with an equation that can determine it, and the pairs are sorted
 // by their distance from those that are not at rest. The first of them are a model of their own in which the
-// unknowns outside are parameters. As long as the unknowns of its interface, which occur in equations outside, keep
-// their values to the last bit, everything outside stays at rest, and the solution of the part is that of the
-// whole model: nothing is neglected.
+// unknowns outside are parameters. As long as the unknowns of its interface, which occur in equations
+// outside, keep their values to the last bit, everything outside stays at rest, and the solution of the part
+// is that of the whole model: nothing is neglected.
 #pragma once
 
 #include <memory>

@@ -22,18 +22,17 @@ struct Point {
   Vec x, xdot, z;
 };
 
-/// F(t, x, x′, z, u, p) = 0 and, for explicit ODEs, f(t, x, u, p). Evaluation is set_point() and then any of the
-/// functions. Not for two threads at once. Copies share the equations and their functions.
+/// F(t, x, x′, z, u, p) = 0 and, for explicit ODEs, f(t, x, u, p). Evaluation is set_point() and then any of
+/// the functions. Not for two threads at once. Copies share the equations and their functions.
 class Problem {
  public:
-  /// Of a tolerance: how far a new point of a step may be off the conditions of a projected form. Little beside the
-  /// error of the step, and seldom exceeded, so that most points are not projected.
+  /// Of a tolerance: how far a new point of a step may be off the conditions of a projected form. Little
+  /// beside the error of the step, and seldom exceeded, so that most points are not projected.
   static constexpr double projection_share = 0.1;
   using Input = std::function<double(double)>;
 
-  /// parameters and inputs in the order of model.p and model.u.
-  /// Throws Error on wrong sizes, parameters that are not finite, and equations with leaves that have no
-  /// value.
+  /// parameters and inputs in the order of model.p and model.u. Throws Error on wrong sizes, parameters that
+  /// are not finite, and equations with leaves that have no value.
   Problem(dae::FirstOrder model, Vec parameters, std::vector<Input> inputs = {});
 
   const dae::FirstOrder& model() const { return equations_->model; }
@@ -49,8 +48,8 @@ class Problem {
   bool is_ode() const { return model().is_ode(); }
   /// Other numbers; checked as by the constructor.
   void set_numbers(const Vec& parameters, std::vector<Input> inputs);
-  /// How many of x and z are the user's: what stands behind them, ∂x/∂p and ∂z/∂p for each p of `sensitivities`, is
-  /// not shown.
+  /// How many of x and z are the user's: what stands behind them, ∂x/∂p and ∂z/∂p for each p of
+  /// `sensitivities`, is not shown.
   int visible_n() const { return visible_n_ < 0 ? n() : visible_n_; }
   int visible_m() const { return visible_m_ < 0 ? m() : visible_m_; }
   const std::vector<Expr>& sensitivities() const { return sensitivities_; }
@@ -74,8 +73,8 @@ class Problem {
   /// its tolerance would do to it. Returns whether x moved.
   bool project_if_needed(double t, Vec& x, const Vec& rtol, const Vec& atol, double share);
 
-  /// Chooses where to evaluate. Arrays of n, n and m numbers. Throws Failure naming an input that is not
-  /// finite at t.
+  /// Chooses where to evaluate. Arrays of n, n and m numbers. Throws Failure naming an
+  /// input that is not finite at t.
   void set_point(double t, const double* x, const double* xdot, const double* z);
   /// The same in two parts: the time (and inputs), then x, x′ and z written to unknowns(), 2n + m numbers.
   void set_time(double t);
@@ -94,15 +93,15 @@ class Problem {
   const std::vector<Entry>& pattern() const { return derivatives().pattern; }
   /// The entries as expressions, in the same order.
   const std::vector<Expr>& partials() const { return derivatives().partials; }
-  /// A large model made explicit by linear solves: every x′ depends on every x, and the Jacobian must not be
-  /// asked for.
+  /// A large model made explicit by linear solves: every x′ depends on every x, and the
+  /// Jacobian must not be asked for.
   bool has_dense_jacobian() const { return equations_->dense_jacobian; }
   /// Makes machine code at once: thousands of evaluations are to come.
   void accelerate();
   const std::vector<double>& jacobian();
 
-  /// The leaves [t, x, x′, z, u, p], the arguments of every kernel of this problem, and their values at the
-  /// point.
+  /// The leaves [t, x, x′, z, u, p], the arguments of every kernel of this problem,
+  /// and their values at the point.
   const std::vector<Expr>& arguments() const { return equations_->arguments; }
   const std::vector<double>& values() const { return values_; }
 

@@ -36,10 +36,10 @@ FlushDenormals::~FlushDenormals() = default;
 
 namespace {
 
-/// Integrates most of the way from the last point that is kept to where the run stops: the step that passed it may have been
-/// a good part of the run. No event is there, since those of that step have been found. By halves, so that another reason
-/// to stop (plan().stop_when: another choice of constraints is better) is noticed before errors have grown; true if one
-/// was.
+/// Integrates most of the way from the last point that is kept to where the run stops: the step that passed
+/// it may have been a good part of the run. No event is there, since those of that step have been found. By
+/// halves, so that another reason to stop (plan().stop_when: another choice of constraints is better) is
+/// noticed before errors have grown; true if one was.
 bool come_closer(AdaptiveState& state, MethodSelector& method, const Point& from, double t) {
   constexpr double rest = 1e-3;  // of the way: behind that, equations that become singular multiply errors
   constexpr int most_steps = 100;
@@ -187,7 +187,8 @@ class AdaptiveRun {
   }
 
   /// Where a step fails with frozen branches, it may succeed with the branches as they are written: a frozen
-  /// one may have been evaluated where it is singular. Beside √|s| sign(s) = 0 it may fail because the solution stays there.
+  /// one may have been evaluated where it is singular. Beside √|s| sign(s) = 0 it may fail
+  /// because the solution stays there.
   void step() {
     try {
       return method_.step();

@@ -18,9 +18,9 @@ namespace pendula::integrate {
 SolutionPtr integrate_adaptive(ProblemPtr problem, const Method& method, Point start, const Plan& plan,
                                const std::function<void(SolutionPtr)>& watch = {});
 
-/// Denormal numbers are zero while this lives (this thread): quiet components of large systems decay into
-/// them, and arithmetic with them is up to 100 times slower. What a callback computes is not affected: see
-/// Normal.
+/// Denormal numbers are zero while this lives (this thread): quiet components of large systems
+/// decay into them, and arithmetic with them is up to 100 times slower. What a callback
+/// computes is not affected: see Normal.
 class FlushDenormals {
  public:
   FlushDenormals();

@@ -8,8 +8,8 @@
 namespace pendula::integrate {
 namespace {
 
-/// The two points must be on different sides of the border, to which the given one is moved first; δ begins as small
-/// as rounding may allow, and a root of it is to be well below what δ itself shrinks by.
+/// The two points must be on different sides of the border, to which the given one is moved first; δ begins
+/// as small as rounding may allow, and a root of it is to be well below what δ itself shrinks by.
 constexpr double far = 1e-3, nearest = 1e-9, farthest = 1e-8;
 constexpr double shrunk = 0.01;  // √(10⁻⁸/10⁻³) and less
 constexpr double floor = 1e-10;  // of the terms of F: rounding of long sums

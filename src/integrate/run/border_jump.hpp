@@ -10,8 +10,8 @@
 namespace pendula::integrate {
 
 /// F with its branches as they are written, on both sides of the border at distances δ: with a jump,
-/// F(p + δn) - F(p - δn) does not shrink with δ; without, it is of the size of δ, or of √δ at the worst. n is the
-/// gradient of the surface function, each unknown in units of its size.
+/// F(p + δn) - F(p - δn) does not shrink with δ; without, it is of the size of δ, or of √δ at the worst. n is
+/// the gradient of the surface function, each unknown in units of its size.
 class BorderJump {
  public:
   /// Requires that the state outlives it.

@@ -43,9 +43,8 @@ bool EventHandler::after_step(RunOutcome& outcome) {
   return false;
 }
 
-/// Factors that change their sign by a jump, with the branches that they contain, are 0 nowhere or, sign(t - 1), on the
-/// border only: {-1 if t < 1, else 1}.
-/// True where nothing else happens there.
+/// Factors that change their sign by a jump, with the branches that they contain, are 0 nowhere or,
+/// sign(t - 1), on the border only: {-1 if t < 1, else 1}. True where nothing else happens there.
 bool EventHandler::drop_jumps(EventFinder::Hit& hit) {
   constexpr double eps = std::numeric_limits<double>::epsilon();
   constexpr double close = 1e-3;  // of the factor at the ends of the step: it is 1e-6 and less at a root
@@ -72,8 +71,9 @@ const Event* EventHandler::terminating(const EventFinder::Hit& hit) const {
   return nullptr;
 }
 
-/// Applies events of one moment together if their resets change nothing that conditions of the others depend on, like clocks
-/// that tick together. Other events with resets are left pending: what a reset has changed is known after a restart.
+/// Applies events of one moment together if their resets change nothing that conditions of the others
+/// depend on, like clocks that tick together. Other events with resets are left pending: what a reset has
+/// changed is known after a restart.
 EventHandler::Applied EventHandler::apply_all(const EventFinder::Hit& hit, Point& point) {
   Applied done;
   std::vector<Expr> reset;
@@ -199,8 +199,8 @@ std::vector<EventFinder::Crossing> EventHandler::carried_across(const std::vecto
   return list;
 }
 
-/// The condition falls by the continuous extension while it rises by the equations, or the reverse, and a reset
-/// depends on it: the errors of the step are larger than what has happened since the last event.
+/// The condition falls by the continuous extension while it rises by the equations, or the reverse, and a
+/// reset depends on it: the errors of the step are larger than what has happened since the last event.
 bool EventHandler::is_contradictory(const EventFinder::Hit& hit, const Point& point) {
   for (const auto& crossing : hit.list) {
     const Event& event = event_of(crossing);
@@ -220,8 +220,8 @@ void EventHandler::write_records(const Point& after) {
 }
 
 /// The equations cannot be solved at this event: the run ends where the step to it began, or, where other
-/// events have been in the step, just before it. Values inside a step over a singular point mean little: it is
-/// approached in shorter steps.
+/// events have been in the step, just before it. Values inside a step over a singular point mean little: it
+/// is approached in shorter steps.
 bool EventHandler::end_before(const EventFinder::Hit& hit, const Event& event, RunOutcome& outcome) {
   const bool is_long = state_.view.to.t - state_.view.from.t > 1e-6 * state_.interval();
   if (first_in_step_ && is_long && repeated_shorter()) return true;

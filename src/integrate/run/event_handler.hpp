@@ -24,10 +24,10 @@ class EventHandler {
   /// it ended at an event or was taken back; `outcome` is set if the run is over, too.
   bool after_step(RunOutcome& outcome);
 
-  /// After a start or a restart: applies, one after the other, events of direction ±2 whose condition is beyond its root
-  /// already, and events whose condition a reset sends across its root. True where one of them ends the run. Throws
-  /// Failure where they trigger each other without end. before: the point before the last reset, if there was one;
-  /// pending: events that were found at the same moment, which come first.
+  /// After a start or a restart: applies, one after the other, events of direction ±2 whose condition is
+  /// beyond its root already, and events whose condition a reset sends across its root. True where one of
+  /// them ends the run. Throws Failure where they trigger each other without end. before: the point before
+  /// the last reset, if there was one; pending: events that were found at the same moment, which come first.
   bool settle(const Point* before = nullptr, std::vector<EventFinder::Crossing> pending = {});
 
   /// Begins anew at a point where the equations or the states have jumped.
@@ -38,8 +38,8 @@ class EventHandler {
   /// Of sides before a jump: conditions that it has carried across their roots, beside those of a hit.
   std::vector<EventFinder::Crossing> carried_across(const std::vector<double>& before,
                                                     const EventFinder::Hit& hit = {}) const;
-  /// After begin_again(): as settle(), for conditions that the jump has carried across their roots. Requires the point
-  /// and the sides before the jump.
+  /// After begin_again(): as settle(), for conditions that the jump has carried across their roots. Requires
+  /// the point and the sides before the jump.
   bool settle_carried(const Point& before, const std::vector<double>& sides);
 
   /// The step has passed a smooth, narrow switch: it is taken back, and the next one ends there.

@@ -9,9 +9,9 @@
 
 namespace pendula::integrate {
 
-/// The first event of direction ±2 whose condition is beyond its root at the present point, or at it and about to pass it.
-/// happened: events of this time whose condition is at its root: one that rests there, as for balls that touch, happens
-/// once. idle: events that have happened and changed nothing.
+/// The first event of direction ±2 whose condition is beyond its root at the present point, or at it and
+/// about to pass it. happened: events of this time whose condition is at its root: one that rests there, as
+/// for balls that touch, happens once. idle: events that have happened and changed nothing.
 std::optional<int> EventHandler::overdue(const std::vector<char>& happened, const std::vector<char>& idle,
                                          const AtRoots* roots, const Point& here) {
   const std::vector<Event>& events = state_.plan.events.list;

@@ -1,8 +1,8 @@
 // Short visits to the other side of a border that is integrated through (event/surfaces.hpp).
 //
-// Crossings of such a border are not located, and the error estimate of a step sees its stages only: between two of them
-// a diode may conduct and block again. A step that ends on the side where it began, but was on the other side in between,
-// is repeated with shorter steps until one ends there.
+// Crossings of such a border are not located, and the error estimate of a step sees its stages only: between
+// two of them a diode may conduct and block again. A step that ends on the side where it began, but was on
+// the other side in between, is repeated with shorter steps until one ends there.
 #pragma once
 
 #include <optional>
@@ -18,8 +18,8 @@ class Excursions {
   explicit Excursions(AdaptiveState& state) : state_(state) {}
   /// From now on these events are the borders that are integrated through.
   void watch(std::vector<char> thawed);
-  /// Whether the step in state.view was on the other side of one of them. False, too, where more steps had to be
-  /// repeated than were accepted: the solution then oscillates about the border within its tolerance.
+  /// Whether the step in state.view was on the other side of one of them. False, too, where more steps had to
+  /// be repeated than were accepted: the solution then oscillates about the border within its tolerance.
   bool in_last_step();
 
  private:

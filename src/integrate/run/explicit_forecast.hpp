@@ -9,11 +9,12 @@
 
 namespace pendula::integrate {
 
-/// Compares the work of the implicit steps on a stretch of the solution with that of explicit steps: as many as stability
-/// requires, by |λ| measured every few steps, and at least as many as accuracy requires, estimated from the implicit
-/// ones. A new stretch begins where a step is longer than all before (they say nothing about those to come), and where
-/// explicit steps would be far too many. Derivation: docs/derivations.md#choice-of-the-method; the constants were measured
-/// with bench/choice.lua: half or twice as large they change the mean of all runs by 0.005 (docs/performance.md).
+/// Compares the work of the implicit steps on a stretch of the solution with that of explicit steps: as many
+/// as stability requires, by |λ| measured every few steps, and at least as many as accuracy requires,
+/// estimated from the implicit ones. A new stretch begins where a step is longer than all before (they say
+/// nothing about those to come), and where explicit steps would be far too many. Derivation:
+/// docs/derivations.md#choice-of-the-method; the constants were measured with bench/choice.lua: half or twice
+/// as large they change the mean of all runs by 0.005 (docs/performance.md).
 class ExplicitForecast {
  public:
   /// Of the run so far; work in steps of the explicit pair.
@@ -22,14 +23,15 @@ class ExplicitForecast {
     double work = 0;
   };
 
-  /// An implicit method begins. accurate: explicit steps for each of its own where accuracy limits both. apart: steps
-  /// between two looks, at the least.
+  /// An implicit method begins. accurate: explicit steps for each of its own where accuracy limits both.
+  /// apart: steps between two looks, at the least.
   void begin(const Progress& now, double accurate, long apart);
   /// After every step.
   void step(double dt);
   bool is_due(long steps) const { return steps >= next_; }
   void wait_until(long steps) { next_ = std::max(next_, steps); }
-  /// Measures |λ| and adds the steps since the last look to the stretch. Cost: two evaluations of x′, four at first.
+  /// Measures |λ| and adds the steps since the last look to the stretch. Cost: two
+  /// evaluations of x′, four at first.
   void look(const ProblemPtr& problem, const Point& here, const Progress& now);
 
   /// Would explicit steps be less work from here on, as on the stretch? left: time.

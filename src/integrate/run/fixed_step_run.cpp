@@ -78,7 +78,8 @@ double jump_at(const Plan& plan, double t) {
   return next != plan.breaks.end() && *next <= t + near ? t - near : std::numeric_limits<double>::infinity();
 }
 
-/// x′ and z after a jump of inputs, which are those of the solution at the time of the jump; not at the end of the run.
+/// x′ and z after a jump of inputs, which are those of the solution at the time of the
+/// jump; not at the end of the run.
 void settle_behind(RungeKutta& engine, Point& point, bool at_end) {
   const Point before = point;
   try {
@@ -125,8 +126,8 @@ RunOutcome run(Problem& problem, RungeKutta& engine, Point& here, const Plan& pl
   return {Ending::finished, ""};
 }
 
-/// An engine and a start with x′ and z. With `direct`, a model whose x′ and z are determined is still treated
-/// as index 1.
+/// An engine and a start with x′ and z. With `direct`, a model whose x′ and z are
+/// determined is still treated as index 1.
 std::shared_ptr<RungeKutta> make_engine(const ProblemPtr& problem, const TableauPtr& tableau, Point& start,
                                         bool direct) {
   auto engine = std::make_shared<RungeKutta>(problem, tableau);

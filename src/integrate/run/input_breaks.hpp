@@ -11,11 +11,11 @@ class InputBreaks {
 
   /// A step over a jump or kink of a monitored input is taken back; the next ones end there.
   bool has_repeated_step();
-  /// Has the step size shrunk in front of a jump? Where an unknown jumps with an input, no step across it has a small
-  /// error; steps become shorter until the last point is at the jump, and the run goes on after it.
+  /// Has the step size shrunk in front of a jump? Where an unknown jumps with an input, no step across it has
+  /// a small error; steps become shorter until the last point is at the jump, and the run goes on after it.
   bool has_jumped_to_next(const Point& here);
-  /// Goes on after a time at which inputs are not smooth, with the same step size. True where an event ends the run
-  /// there.
+  /// Goes on after a time at which inputs are not smooth, with the same step size. True
+  /// where an event ends the run there.
   bool pass();
   /// Is there a break at `to`?
   bool are_at_end() const;

@@ -19,8 +19,8 @@ void MethodSelector::start(const Point& point) {
   method_.tableau = choice.tableau;
   rival_ = choice.rival;
   use(*choice.family, point, choice.why);
-  // What has been counted is kept until the run has turned out to be one of the hardest: first steps are small, and of
-  // BDF many.
+  // What has been counted is kept until the run has turned out to be one of the hardest: first
+  // steps are small, and of BDF many.
   constexpr double hardest = 3;  // usual_radau_steps()
   forecast_.wait_until(std::lround(hardest * rival_.usual_steps));
 }
@@ -70,8 +70,8 @@ void MethodSelector::change(const MethodFamily& family, double dt, const std::st
   state_.plan.dt_first = first;
 }
 
-/// Where the method in use fails, one of the other kind may go on: radau for an explicit one, and an explicit one where it
-/// has been in use before.
+/// Where the method in use fails, one of the other kind may go on: radau for an explicit one, and an explicit
+/// one where it has been in use before.
 void MethodSelector::step() {
   constexpr int most_rescues = 3;
   try {
@@ -134,8 +134,8 @@ double MethodSelector::left() const { return state_.plan.to - state_.stepper().h
 
 void MethodSelector::leave_explicit() {
   constexpr double clearly = 2;
-  // Steps that stability alone limits: nothing but stiffness is left, for which some 12 steps of a Rosenbrock method
-  // do, a third of what a whole run takes.
+  // Steps that stability alone limits: nothing but stiffness is left, for which some 12 steps of a Rosenbrock
+  // method do, a third of what a whole run takes.
   constexpr double share = 0.4;
   const Problem& problem = *state_.problem;
   double next = state_.stepper().next_dt();
@@ -149,8 +149,8 @@ void MethodSelector::leave_explicit() {
   change(implicit(), next, "stiff: stability, not accuracy, limited the steps");
 }
 
-/// Explicit steps that stability limits to dt may still be less work than implicit ones: on a slow part of a relaxation
-/// oscillation. If they last, it is not such a part.
+/// Explicit steps that stability limits to dt may still be less work than implicit ones: on a slow part of a
+/// relaxation oscillation. If they last, it is not such a part.
 bool MethodSelector::is_known_to_cost_less(double dt) {
   constexpr double clearly = 1.5;
   constexpr long one_stretch = 25;  // steps
@@ -162,9 +162,9 @@ bool MethodSelector::is_known_to_cost_less(double dt) {
   return true;
 }
 
-/// Eigenvalues determine the steps that stability allows, not those that accuracy requires, nor what z costs in each: an
-/// explicit method that has taken more work than the implicit one before is left again. If that one was on a slow part of
-/// a relaxation oscillation, a jump may take more.
+/// Eigenvalues determine the steps that stability allows, not those that accuracy requires, nor what z costs
+/// in each: an explicit method that has taken more work than the implicit one before is left again. If that
+/// one was on a slow part of a relaxation oscillation, a jump may take more.
 void MethodSelector::judge_change() {
   constexpr double clearly = 1.2, jump = 40;  // explicit steps
   constexpr long first = 5, enough = 15;      // steps
@@ -185,8 +185,8 @@ void MethodSelector::judge_change() {
          "the explicit method takes more work: its steps are too short, or z costs too much in each");
 }
 
-/// Accuracy may keep explicit steps well inside the region of stability where fast modes follow what moves slowly (HW
-/// §IV.15): nothing but a trial shows that implicit ones would be longer.
+/// Accuracy may keep explicit steps well inside the region of stability where fast modes follow what moves
+/// slowly (HW §IV.15): nothing but a trial shows that implicit ones would be longer.
 void MethodSelector::try_implicit() {
   constexpr double many = 150, dominant = 0.9, growing = 0.25, least = 0.3;
   constexpr long again = 12, later = 160;  // steps

@@ -23,8 +23,8 @@ class MethodSelector {
   void renew();
   /// One step; where the method that "auto" has chosen cannot go on, one of the other kind may.
   void step();
-  /// Explicit → implicit where stiffness begins, and back where explicit steps would be less work, when it pays: many
-  /// more steps of this size would follow. docs/derivations.md#choice-of-the-method
+  /// Explicit → implicit where stiffness begins, and back where explicit steps would be less work, when it
+  /// pays: many more steps of this size would follow. docs/derivations.md#choice-of-the-method
   void change_if_it_pays();
 
  private:

@@ -192,16 +192,17 @@ static bool has_high_index(const Plan& plan) {
   return std::any_of(plan.variable_index.begin(), plan.variable_index.end(), [](int i) { return i > 1; });
 }
 
-/// Explicit steps that cost as much as one of an implicit method, of a handful of unknowns. Measured: docs/performance.md.
+/// Explicit steps that cost as much as one of an implicit method, of a handful of unknowns.
+/// Measured: docs/performance.md.
 static double cost_of_step(const MethodFamily& implicit) {
   return &implicit == &family::rosenbrock ? 1.7 : 5;
 }
 constexpr double iterating = 5;  // times as much where every stage iterates for z
 
-/// One real matrix per step pays unless the tolerance asks for the higher orders of Radau IIA; of large models, whose
-/// factorisations cost most, at somewhat tighter ones. Measured: docs/performance.md. Where equations contain t the order
-/// of rodas4 drops to 2 (Hairer & Wanner II, §IV.15), which costs more steps in models of moderate size than matrices
-/// cost; small models have rodas5p.
+/// One real matrix per step pays unless the tolerance asks for the higher orders of Radau IIA; of large
+/// models, whose factorisations cost most, at somewhat tighter ones. Measured: docs/performance.md. Where
+/// equations contain t the order of rodas4 drops to 2 (Hairer & Wanner II, §IV.15), which costs more steps in
+/// models of moderate size than matrices cost; small models have rodas5p.
 const MethodFamily& implicit_family(const Problem& problem, const Method& method, const Plan& plan) {
   constexpr int large = 500;
   constexpr double loose = 2e-5, moderate = 0.99e-5;
@@ -223,8 +224,8 @@ double worth_explicit_steps(const MethodFamily& implicit, int unknowns) {
 
 namespace {
 
-/// The same where some variable has moved by a hundredth of the largest: species that are zero at the start hide the
-/// stiff eigenvalue of a reaction like y² (Robertson's), and show it a little later.
+/// The same where some variable has moved by a hundredth of the largest: species that are zero at the start
+/// hide the stiff eigenvalue of a reaction like y² (Robertson's), and show it a little later.
 std::optional<Rates> rates_ahead(RhsSolver& derivative, const Point& start, double span, double harmless) {
   const double size = start.x.cwiseAbs().maxCoeff(), speed = start.xdot.cwiseAbs().maxCoeff();
   if (!(size > 0 && speed > 0)) return {};
@@ -235,27 +236,28 @@ std::optional<Rates> rates_ahead(RhsSolver& derivative, const Point& start, doub
   return rates(derivative, ahead, harmless);
 }
 
-/// Whether an implicit method would be faster from here on. Where something grows nearly as fast as other things decay,
-/// accuracy asks for small steps anyway. worth: explicit steps that stability may ask for until then. iterates: every
-/// evaluation of x′ takes an iteration for z, so that a stage of an explicit step costs as much as one of an implicit
-/// step.
+/// Whether an implicit method would be faster from here on. Where something grows nearly as fast as other
+/// things decay, accuracy asks for small steps anyway. worth: explicit steps that stability may ask for until
+/// then. iterates: every evaluation of x′ takes an iteration for z, so that a stage of an explicit step costs
+/// as much as one of an implicit step.
 bool is_stiff(const Rates& rates, double span, double worth, bool iterates) {
   constexpr double dominant = 4;
   const double steps = rates.damped * span / stability_limit;
   return steps > (iterates ? worth / iterating : worth) && rates.damped > dominant * rates.growing;
 }
 
-/// Whether a large model has modes so fast that following them would take very many steps, 2400/6 = 400 at the limit of
-/// stability for each unit of implicit_cost(). If they move, the implicit method shows it by short steps, and is left:
-/// the price is then small beside 400 steps. Chosen on a beam of 40 pieces (docs/performance.md).
+/// Whether a large model has modes so fast that following them would take very many steps,
+/// 2400/6 = 400 at the limit of stability for each unit of implicit_cost(). If they move, the implicit
+/// method shows it by short steps, and is left: the price is then small beside 400 steps. Chosen on a
+/// beam of 40 pieces (docs/performance.md).
 bool swings_fast(const Rates& rates, double span, int unknowns) {
   constexpr double many = 2400, dominant = 1.5;
   return unknowns > StepWork::small && rates.fastest * span > many * implicit_cost(unknowns) &&
          rates.fastest > dominant * rates.growing;
 }
 
-/// Are the eigenvalues those of diffusion, for which Chebyshev methods are stable, and is the Jacobian so nearly
-/// symmetric that they say what becomes of errors?
+/// Are the eigenvalues those of diffusion, for which Chebyshev methods are stable, and is the Jacobian so
+/// nearly symmetric that they say what becomes of errors?
 bool is_diffusion(Problem& problem, const Rates& rates, const Point& at) {
   // |λ| ≤ 1.05 |Re λ| means within 18° of the negative axis, along which the damped region of stability is a strip.
   constexpr double real = 1.05, shrinking = 0.01, normal = 0.01;
@@ -272,9 +274,10 @@ bool is_diffusion(Problem& problem, const Rates& rates, const Point& at) {
   return (J - transposed).norm() <= normal * J.norm();
 }
 
-/// The implicit method that takes least work on a large model over an interval of the usual difficulty. BDF, which
-/// factorises seldom and real matrices only, for few digits alone: its errors are somewhat larger than those of the
-/// others. From 10⁻⁵ on rodas4 takes up to eight times as many steps as Radau IIA, most of them behind fronts.
+/// The implicit method that takes least work on a large model over an interval of the usual difficulty.
+/// BDF, which factorises seldom and real matrices only, for few digits alone: its errors are somewhat
+/// larger than those of the others. From 10⁻⁵ on rodas4 takes up to eight times as many steps as Radau
+/// IIA, most of them behind fronts.
 Rival cheapest_implicit(const Problem& problem, const Method& method, const Plan& plan,
                         const StepWork& work) {
   constexpr double few_digits = 5e-5, loose = 2e-5;
@@ -289,8 +292,8 @@ Rival cheapest_implicit(const Problem& problem, const Method& method, const Plan
   return rival;
 }
 
-/// The method of a large model that stability would force an explicit one to take many steps on: the work of each,
-/// counted.
+/// The method of a large model that stability would force an explicit one to take many steps
+/// on: the work of each, counted.
 std::optional<Choice> counted_choice(Problem& problem, const Method& method, const Plan& plan,
                                      const Point& start, const Rates& rates, double span) {
   constexpr double many = 25, dominant = 4, loosest_digits = 0.99e-5;
@@ -319,8 +322,8 @@ std::optional<Choice> counted_choice(Problem& problem, const Method& method, con
                 "explicit: stability limits the steps, and they cost less than implicit ones", rival};
 }
 
-/// The problem whose eigenvalues are computed: of a large model that is at rest almost everywhere, a part, which may grow
-/// to four times what moves at the start.
+/// The problem whose eigenvalues are computed: of a large model that is at rest almost everywhere, a part,
+/// which may grow to four times what moves at the start.
 std::pair<ProblemPtr, Point> probed(const ProblemPtr& problem, const Point& start,
                                     const DependencyGraph* couplings) {
   constexpr int enough = 500;

@@ -30,7 +30,8 @@ struct MethodFamily {
   std::string_view default_method;      ///< of the library `rosenbrock`, where the name stands for one of it
   /// Throws Error naming the method when it cannot treat the model, with one that can.
   std::shared_ptr<Stepper> (*make)(const StepperRequest&);
-  /// Why its algebraic variables would not converge for a model of index 2 or 3 as it stands; "" where they do.
+  /// Why its algebraic variables would not converge for a model of index 2 or 3 as
+  /// it stands; "" where they do.
   std::string (*objection_to_index_2)(const Method&);
   int order = 0;  ///< 0: it varies, or belongs to the tableau
 };
@@ -48,21 +49,23 @@ Method method_of(RosenbrockPtr method);
 /// The tableau's or Rosenbrock method's own name, else that of the family.
 std::string name_of(const Method& method);
 
-/// The stepper of a family. couplings: of a large model; implicit one-step methods then integrate its active part.
+/// The stepper of a family. couplings: of a large model; implicit one-step methods
+/// then integrate its active part.
 std::shared_ptr<Stepper> make_stepper(const MethodFamily& family, const ProblemPtr& problem,
                                       const Method& method, const Plan& plan, Stats& stats,
                                       const std::shared_ptr<const DependencyGraph>& couplings = nullptr);
 
-/// The place in Method::explicit_choice of the pair for this relative tolerance (the last entry there is for large
-/// models).
+/// The place in Method::explicit_choice of the pair for this relative tolerance (the last
+/// entry there is for large models).
 std::size_t explicit_choice_at(double rtol);
 
 /// Cost of an implicit step relative to one with few unknowns; grows because LU factorisations
 /// scale worse than compiled explicit steps. Measured: docs/performance.md.
 double implicit_cost(int unknowns);
 
-/// So many explicit steps cost as much as a run of this implicit method over an interval in which a small model has
-/// nothing but stiffness: some 30 steps of a Rosenbrock method, 15 of Radau IIA. Measured: docs/performance.md.
+/// So many explicit steps cost as much as a run of this implicit method over an interval in which a
+/// small model has nothing but stiffness: some 30 steps of a Rosenbrock method, 15 of Radau IIA.
+/// Measured: docs/performance.md.
 double worth_explicit_steps(const MethodFamily& implicit, int unknowns);
 
 /// The implicit family that "auto" takes for a stiff model: Radau IIA, or Rosenbrock where that is faster.
@@ -72,8 +75,8 @@ const MethodFamily& implicit_family(const Problem& problem, const Method& method
 /// docs/performance.md.
 bool pays_to_raise_order(const Plan& plan);
 
-/// The counted work (step_work.hpp) of a step of an implicit method and of the explicit pair, whose steps stability
-/// limits. Without a family: not counted.
+/// The counted work (step_work.hpp) of a step of an implicit method and of the explicit pair, whose steps
+/// stability limits. Without a family: not counted.
 struct Rival {
   const MethodFamily* family = nullptr;
   double implicit_step = 0, explicit_step = 0;

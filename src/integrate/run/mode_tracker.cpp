@@ -59,8 +59,8 @@ bool ModeTracker::on_unfrozen_border(const Point& point, const Crossings& crosse
   return false;
 }
 
-/// Behind √|g| = 0 no error estimate has an order, and those of high order see the root least. A step in which x′
-/// changes x by a tolerance only; 0 where any step does.
+/// Behind √|g| = 0 no error estimate has an order, and those of high order see the root least. A step in
+/// which x′ changes x by a tolerance only; 0 where any step does.
 double ModeTracker::step_beside_root(const Point& point) {
   constexpr double longest = 1e-2;  // of the interval
   constexpr int decades = 12;
@@ -117,8 +117,8 @@ void ModeTracker::begin_in_some_mode(Point point, const Crossings& crossed) {
   throw chattering(events()[changed.empty() ? crossed.front().which : changed.back()]);
 }
 
-/// A crossing is located to the tolerance of Newton's method: z solved for anew, in either branch, may still be on the side
-/// it comes from. Where the equations are continuous it then goes on in its direction.
+/// A crossing is located to the tolerance of Newton's method: z solved for anew, in either branch, may still
+/// be on the side it comes from. Where the equations are continuous it then goes on in its direction.
 bool ModeTracker::pass(const Crossings& crossed, const std::vector<int>& changed) {
   bool any = false;
   for (const auto& crossing : crossed) {
@@ -167,8 +167,8 @@ double ModeTracker::slope_ahead(int which, const Point& point, double share) {
   return state_.finder.slope_between(which, point, ahead);
 }
 
-/// The side on which a solution goes on that is on a surface and does not leave it to first order: where x″
-/// takes it.
+/// The side on which a solution goes on that is on a surface and does not leave it to
+/// first order: where x″ takes it.
 double ModeTracker::side_ahead(int which, const Point& point) {
   const double slope = slope_ahead(which, point, 1e-6);
   return (slope > 0) - (slope < 0);
@@ -221,7 +221,8 @@ bool ModeTracker::differ() const {
   return false;
 }
 
-/// Whether the solution with the branch of one side goes to the other one, at a speed that can be told from rounding.
+/// Whether the solution with the branch of one side goes to the other one, at a speed
+/// that can be told from rounding.
 bool ModeTracker::leads_to(int which, const Point& point, int other, int side) {
   const std::vector<double> in_force = modes_;
   const auto use_modes = [&] {
@@ -263,10 +264,10 @@ bool ModeTracker::is_continuous(const Crossings& crossed) const {
   });
 }
 
-/// Borders that are crossed too often are integrated through where the slopes agree, too. Kinks are not: the error
-/// estimate of a long step does not see one that lies between two of its stages, and a rectifier that blocks and
-/// conducts once in a step of high order loses all digits. (Kinks that the solution crosses by rounding alone
-/// accumulate: ZenoDetector.)
+/// Borders that are crossed too often are integrated through where the slopes agree, too. Kinks are not: the
+/// error estimate of a long step does not see one that lies between two of its stages, and a rectifier that
+/// blocks and conducts once in a step of high order loses all digits. (Kinks that the solution crosses by
+/// rounding alone accumulate: ZenoDetector.)
 void ModeTracker::count(const Crossings& crossed, const Point& point) {
   constexpr long quick = 2;  // steps between two crossings: the restart at one of them was of no use
   constexpr long often = 6;  // in a row: fewer happen by chance where a solution oscillates about a border

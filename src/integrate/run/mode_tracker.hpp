@@ -41,8 +41,8 @@ class ModeTracker {
   void begin(const Point& point, const Crossings& crossed);
   /// After a step without events: a crossing was missed, or the solution has left a surface it was on.
   bool differ() const;
-  /// After a first step: throws Failure where the solution has no continuation on either side of a border: with the
-  /// branch of one side the step has returned to the other.
+  /// After a first step: throws Failure where the solution has no continuation on either side of a border:
+  /// with the branch of one side the step has returned to the other.
   void require_way_on(const Point& before);
   /// Whether the step in state.view was on the other side of a thawed border and came back.
   bool has_missed_excursion() { return excursions_.in_last_step(); }
@@ -50,16 +50,16 @@ class ModeTracker {
   void count(const Crossings& crossed, const Point& point);
   /// Thaws those of the borders among the crossings that can be; false if there are none.
   bool thaw(const Crossings& crossed, const Point& point);
-  /// Did the solution, at the beginning of the step in state.view, stop sliding along a border and leave it to a side to
-  /// which it bends? Crossings of that border right after are rounding.
+  /// Did the solution, at the beginning of the step in state.view, stop sliding along a border and leave it
+  /// to a side to which it bends? Crossings of that border right after are rounding.
   bool has_just_left(const EventFinder::Hit& hit);
   /// After a failure of a step: all on which the equations are known to be so smooth.
   bool thaw_all(const Point& point, Smoothness least = Smoothness::kink);
   /// Where crossings accumulate: the solution slides along all borders that were crossed of late; false if
   /// it cannot. near: nor if it is further from them than its errors.
   bool slide_where_crossed(const Point& point, bool near = false);
-  /// The same where many steps make no progress: the solution may oscillate about a border by its errors alone. True
-  /// where sliding was tried; the run must then restart where the stepper stands.
+  /// The same where many steps make no progress: the solution may oscillate about a border by its errors
+  /// alone. True where sliding was tried; the run must then restart where the stepper stands.
   bool slide_where_creeping();
   /// True where the equations are continuous at every crossing.
   bool is_continuous(const Crossings& crossed) const;

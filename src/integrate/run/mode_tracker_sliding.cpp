@@ -32,8 +32,9 @@ bool ModeTracker::slide(int which, Point& point) {
   return true;
 }
 
-/// About √|s| sign(s) = 0 rounding of s becomes errors of 10⁻⁸ in x′: the solution oscillates for ever, in steps that are
-/// a millionth of what they were. An attempt costs a form of the equations, so that they are made ever more rarely.
+/// About √|s| sign(s) = 0 rounding of s becomes errors of 10⁻⁸ in x′: the solution oscillates for ever,
+/// in steps that are a millionth of what they were. An attempt costs a form of the equations, so that
+/// they are made ever more rarely.
 bool ModeTracker::slide_where_creeping() {
   constexpr double slow = 1e-5;  // of the interval, a step
   for (std::size_t i = 0; i < borders_.size(); ++i)
@@ -56,8 +57,8 @@ bool ModeTracker::slide_where_creeping() {
   return tries;
 }
 
-/// The solution moves from a point onto borders by no more than its errors. Where a root of s is in the equations, an
-/// error of s is one of its root in x′, and s alone tells: it has stayed near for long.
+/// The solution moves from a point onto borders by no more than its errors. Where a root of s is in the
+/// equations, an error of s is one of its root in x′, and s alone tells: it has stayed near for long.
 bool ModeTracker::is_near(const std::vector<int>& borders, const Point& point, const Point& there) const {
   constexpr double errors = 10;  // tolerances: of a few steps
   const Tolerances& tolerances = state_.plan.tolerances;
@@ -123,8 +124,8 @@ bool ModeTracker::has_just_left(const EventFinder::Hit& hit) {
   });
 }
 
-/// The borders whose μ is not in [0, 1] where the stepper stands, or leaves it there, and the sides to which the solution
-/// leaves.
+/// The borders whose μ is not in [0, 1] where the stepper stands, or leaves it there, and the
+/// sides to which the solution leaves.
 std::vector<std::pair<int, int>> ModeTracker::outside() const {
   constexpr double rounding = 1e-9;
   std::vector<std::pair<int, int>> result;
@@ -146,8 +147,9 @@ std::vector<std::pair<int, int>> ModeTracker::outside() const {
   return result;
 }
 
-/// Positive while μ > 0 and while μ < 1. Of μ = a/b without the quotient, which has a pole where both sides become alike:
-/// dry friction lets go while its normal force falls to 0, and two signs have changed behind that.
+/// Positive while μ > 0 and while μ < 1. Of μ = a/b without the quotient, which has a pole where
+/// both sides become alike: dry friction lets go while its normal force falls to 0, and two
+/// signs have changed behind that.
 static std::pair<Expr, Expr> bounds(Expr weight, const std::unordered_map<Expr, double>& values) {
   const bool negative = weight.op() == Op::neg;
   const Expr quotient = negative ? weight.operand(0) : weight;

@@ -5,8 +5,8 @@
 
 namespace pendula::integrate {
 
-/// Counts the last steps in a row whose sizes differ by a factor of at most 5. In a relaxation oscillation, a transient,
-/// or near a singular point they differ by more.
+/// Counts the last steps in a row whose sizes differ by a factor of at most 5. In a relaxation oscillation, a
+/// transient, or near a singular point they differ by more.
 class SteadySteps {
  public:
   void add(double dt) {

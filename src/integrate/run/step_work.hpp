@@ -1,5 +1,5 @@
-// What a step of each method costs on a model, counted from its equations, and what a run would cost: large explicit
-// ODEs with sparse Jacobians, where the cost of linear systems differs most.
+// What a step of each method costs on a model, counted from its equations, and what a run would cost: large
+// explicit ODEs with sparse Jacobians, where the cost of linear systems differs most.
 #pragma once
 
 #include <optional>
@@ -9,10 +9,10 @@
 
 namespace pendula::integrate {
 
-/// Work in ns of the processor of docs/performance.md, where the measured steps are to which the factors are fitted:
-/// only ratios count. Factorisations and solutions grow with the number of unknowns and with the width of the band,
-/// or of the separators of a grid. Operations of the equations count little where four of neighbours are done at a
-/// time, functions like exp much.
+/// Work in ns of the processor of docs/performance.md, where the measured steps are to which the factors are
+/// fitted: only ratios count. Factorisations and solutions grow with the number of unknowns and with the
+/// width of the band, or of the separators of a grid. Operations of the equations count little where four of
+/// neighbours are done at a time, functions like exp much.
 class StepWork {
  public:
   /// Nothing for small models, whose steps are machine code, and where z has to be solved for.
@@ -36,14 +36,14 @@ class StepWork {
   double n_, operations_, calls_, width_;
 };
 
-/// Whether an explicit step whose every stage iterates for z takes more work than an implicit one: such a stage is two
-/// iterations with two matrices, each as long as one of three or five in a step of Radau IIA, which has three matrices
-/// in all. Measured, explicit ÷ implicit: 7 unknowns 2.3, 11 1.0, 40 0.4 … 0.7, 80 0.5; where explicit steps are as
-/// long, which they seldom are.
+/// Whether an explicit step whose every stage iterates for z takes more work than an implicit one: such a
+/// stage is two iterations with two matrices, each as long as one of three or five in a step of Radau IIA,
+/// which has three matrices in all. Measured, explicit ÷ implicit: 7 unknowns 2.3, 11 1.0, 40 0.4 … 0.7, 80
+/// 0.5; where explicit steps are as long, which they seldom are.
 constexpr bool iterated_stages_cost_more(int unknowns) { return unknowns <= 15; }
 
-/// Steps of an implicit method over an interval in which a solution changes as those of docs/performance.md do: their
-/// median. Of the others the easiest takes less than half of it, the hardest three times as many.
+/// Steps of an implicit method over an interval in which a solution changes as those of docs/performance.md
+/// do: their median. Of the others the easiest takes less than half of it, the hardest three times as many.
 double usual_radau_steps(double rtol);
 double usual_rosenbrock_steps(double rtol);
 double usual_bdf_steps(double rtol);

@@ -146,9 +146,9 @@ class ArrayRun {
     return trajectory;
   }
 
-  /// Rows that were chosen elsewhere may determine the unknowns at the start only together with the constants that took the
-  /// place of open derivatives: those of a moving mechanism at rest. Regular they are then, and wrong. The last choices
-  /// are kept: a loop begins again and again there.
+  /// Rows that were chosen elsewhere may determine the unknowns at the start only together with the constants
+  /// that took the place of open derivatives: those of a moving mechanism at rest. Regular they are then, and
+  /// wrong. The last choices are kept: a loop begins again and again there.
   dae::ModelPtr chosen_for_start(Simulation& part) const {
     constexpr std::size_t few = 8;
     using Key = std::pair<dae::ModelPtr, dae::ConsistentStatePtr>;
@@ -191,7 +191,8 @@ class ArrayRun {
     whole_.solution().add_states({t, now});
   }
 
-  /// The rows that suit a point of a run with other ones, and the start there in `part`; nothing where there are none.
+  /// The rows that suit a point of a run with other ones, and the start there in
+  /// `part`; nothing where there are none.
   std::optional<dae::ModelPtr> chosen_anew(const dae::ModelPtr& before, const Problem& problem,
                                            const Point& end, Simulation& part) const {
     dae::ReduceOptions options;
@@ -224,8 +225,8 @@ class ArrayRun {
     }
   }
 
-  /// By the names of the source and by those of the form: v_x of a model of second order is x′ there. Nothing of the start
-  /// of the run, which is long past, but parameters and the like.
+  /// By the names of the source and by those of the form: v_x of a model of second order is x′ there. Nothing
+  /// of the start of the run, which is long past, but parameters and the like.
   Values values_at(const dae::Model& model, const Problem& problem, const Point& end) const {
     Values values;
     for (const auto& [leaf, value] : simulation_.start->values)

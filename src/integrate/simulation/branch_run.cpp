@@ -30,15 +30,15 @@ dae::PointValues values_at(const Problem& problem, const dae::ConsistentState& s
   return values;
 }
 
-/// The end of a run that was stopped where branches meet, by Taylor polynomials from a regular point before it: its last
-/// steps may have changed the branch already, or may end before the point.
+/// The end of a run that was stopped where branches meet, by Taylor polynomials from a regular point before
+/// it: its last steps may have changed the branch already, or may end before the point.
 class Approach {
  public:
   Approach(const dae::Model& model, const Problem& problem, const Simulation& simulation)
       : model_(model), problem_(problem), simulation_(simulation) {}
 
-  /// stop: where the run says that it has stopped. back: how far before it the regular point lies, as part of the time since
-  /// the start of the piece. Returns why the point was not found, or "".
+  /// stop: where the run says that it has stopped. back: how far before it the regular point lies, as part of
+  /// the time since the start of the piece. Returns why the point was not found, or "".
   std::string follow(const Solution& piece, double stop, int most_steps, double back = 0.02) {
     constexpr double beyond = 0.05;  // of the time since the start of the piece, and of the run
     constexpr double failed = 2;     // steps such as the last: one of them may have failed at the point
@@ -371,8 +371,8 @@ bool is_explicit(const dae::Model& model) {
   return std::none_of(slopes.begin(), slopes.end(), [](const Entry& e) { return varies(e.value); });
 }
 
-/// Some x′ is so much larger than the change of its x so far that no solution goes on, x = √(1 - 2 t) at 1/2, or some z
-/// than it was just before, z = 1/(1 - t) at 1.
+/// Some x′ is so much larger than the change of its x so far that no solution goes on, x = √(1 - 2 t) at 1/2,
+/// or some z than it was just before, z = 1/(1 - t) at 1.
 bool is_pole(const Solution& solution, const Point& end) {
   constexpr double beyond = 1e5, before = 0.02;  // the last: of the time since the start
   const Point start = solution.point(0);

@@ -23,8 +23,8 @@ namespace {
 
 using Index = Eigen::Index;
 
-// Of the best choice: errors in the kept constraints become ten times the errors in the motion that the best would make.
-// A switch makes a model, milliseconds.
+// Of the best choice: errors in the kept constraints become ten times the errors in the motion that the best
+// would make. A switch makes a model, milliseconds.
 constexpr double much_worse = 0.1;
 constexpr double hardly = 0.03;  // steps become short, and end, from here on
 constexpr long most_rekeepings = 10'000;
@@ -189,7 +189,8 @@ class ConstraintReselection {
     return solution->outcome();
   }
 
-  /// Where a run would have come that has stopped before: a step can end where the kept gradients are dependent.
+  /// Where a run would have come that has stopped before: a step can end where the
+  /// kept gradients are dependent.
   static Point ahead(Point end, double t) {
     if (std::isfinite(t)) end.x += (t - end.t) * end.xdot;
     return end;

@@ -151,8 +151,8 @@ class Terms {
   std::vector<Term> list_;
 };
 
-/// By how much time alone changes each residual: what its slope makes of τ, but no more than there is within the
-/// interval. Exponentials of inputs are large where the unknowns do not follow.
+/// By how much time alone changes each residual: what its slope makes of τ, but no more than there is within
+/// the interval. Exponentials of inputs are large where the unknowns do not follow.
 Vec forcing(Problem& problem, const Point& start, double from, double interval, double tau) {
   const Eigen::Index size = problem.n() + problem.m();
   Vec first(size), later(size), slope, largest = Vec::Zero(size);

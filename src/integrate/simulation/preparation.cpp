@@ -123,8 +123,8 @@ void watch_singularities(Plan& plan, const dae::ModelPtr& model, const Simulatio
   plan.blocks = kept->blocks;
 }
 
-/// Writes parameters that are 0 or ±1 into the equations as numbers: a rod that has no dy costs no product with
-/// it. A parameter that another run gives another number stays a symbol from then on.
+/// Writes parameters that are 0 or ±1 into the equations as numbers: a rod that has no dy costs no product
+/// with it. A parameter that another run gives another number stays a symbol from then on.
 static void fold_parameters(Preparation& all, const Vec& parameters, dae::FirstOrder& form) {
   constexpr std::size_t largest = 200;  // equations; loops over many equal parts want them equal
   const std::size_t count = all.form.p.size();

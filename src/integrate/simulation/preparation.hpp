@@ -11,7 +11,8 @@
 
 namespace pendula::integrate {
 
-/// The part of a set-up that contains no numbers, so that the next run of the same equations need not make it.
+/// The part of a set-up that contains no numbers, so that the next run of the same
+/// equations need not make it.
 struct Preparation {
   dae::ModelPtr model;
   dae::FirstOrder form;  ///< with the inputs that are expressions

@@ -236,7 +236,8 @@ static void add_events(Plan& plan, const dae::ModelPtr& model, const Simulation&
   }
 }
 
-/// Inputs that cannot be asked anywhere in the interval are asked by the steps alone: an event may end the run before.
+/// Inputs that cannot be asked anywhere in the interval are asked by the steps alone:
+/// an event may end the run before.
 static std::vector<double> input_pulses(const Plan& plan) {
   try {
     return pulse_times(plan.monitored_inputs, plan.from, plan.to);

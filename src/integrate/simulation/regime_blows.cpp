@@ -57,7 +57,8 @@ Vec Blows::gradient_of(Expr e, const std::vector<Expr>& x, const Values& at) con
   return d;
 }
 
-/// d when/dt where the equations of the regime determine it from the states, which need not obey its conditions.
+/// d when/dt where the equations of the regime determine it from the states, which
+/// need not obey its conditions.
 std::optional<double> Blows::slope(Expr when, const Values& at) const {
   constexpr double visible = 1e-9;
   std::vector<Expr> unknowns = form_.xdot;

@@ -1,8 +1,8 @@
-// Resets while contacts hold. In a regime bodies in contact move as one, so that a reset of one would be a reset of all.
-// Such an event therefore ends the piece, and its reset is applied to the states of the model as it was written. It may
-// carry conditions of other events, which rest at their roots, across them: these events happen at the same moment, one
-// after the other (Newton's cradle). Contacts that are violated then are left to the impulses of the next regime
-// (dae/start/regimes).
+// Resets while contacts hold. In a regime bodies in contact move as one, so that a reset of one would be a
+// reset of all. Such an event therefore ends the piece, and its reset is applied to the states of the model
+// as it was written. It may carry conditions of other events, which rest at their roots, across them: these
+// events happen at the same moment, one after the other (Newton's cradle). Contacts that are violated then
+// are left to the impulses of the next regime (dae/start/regimes).
 #pragma once
 
 #include "dae/start/regime_jump.hpp"
@@ -24,21 +24,22 @@ class Blows {
   /// Requires that simulation and regimes outlive it.
   Blows(dae::ModelPtr model, const Simulation& simulation, dae::Regimes& regimes);
 
-  /// The user's events for a piece in this regime. Where its states obey conditions, those that reset states end it.
+  /// The user's events for a piece in this regime. Where its states obey conditions,
+  /// those that reset states end it.
   std::vector<ModelEvent> events_in(const dae::Regime& regime);
   /// By event: it ends the piece, see events_in().
   const std::vector<char>& deferred() const { return deferred_; }
 
-  /// Applies the events at the end of a piece. request: what is known there; values: of the leaves of the model, before
-  /// and after. Throws Failure where events trigger each other without end.
+  /// Applies the events at the end of a piece. request: what is known there; values: of the leaves of the
+  /// model, before and after. Throws Failure where events trigger each other without end.
   std::vector<Blow> settle(const std::vector<EventRecord>& events, const dae::Regime& regime,
                            const dae::StartRequest& request, const dae::Sizes& sizes, Values& values);
 
   /// That events at one moment may depend on their order; empty: none did.
   const std::string& remark() const { return remark_; }
 
-  /// The condition of an event that resets states at a contact which also transmits an impulse of the start without an
-  /// impact law: the equations do not determine how both act together. 0 if there is none.
+  /// The condition of an event that resets states at a contact which also transmits an impulse of the start
+  /// without an impact law: the equations do not determine how both act together. 0 if there is none.
   Expr struck_despite_law(const dae::RegimeStart& start, const dae::StartRequest& request,
                           const dae::Sizes& sizes) const;
 

@@ -215,7 +215,8 @@ class RegimeRun {
     if (struck_ && !left_ && outcome.ending == Ending::event) arrive(regime);
   }
 
-  /// The run ends where a regime ends as well: the values are those of the next one. Where none goes on, none has to.
+  /// The run ends where a regime ends as well: the values are those of the next one.
+  /// Where none goes on, none has to.
   void arrive(const dae::Regime& regime) {
     const Solution& ended = *whole_.pieces().last().solution;
     std::string why;
@@ -251,8 +252,8 @@ class RegimeRun {
     whole_.add({regime.form, solution, t_, true, blows_.deferred()}, shown);
   }
 
-  /// A margin that is 0 where the piece begins, with all derivatives that are known there, is negative behind: what
-  /// begins on a root is no crossing.
+  /// A margin that is 0 where the piece begins, with all derivatives that are known there, is negative
+  /// behind: what begins on a root is no crossing.
   bool is_left_unseen(const Solution& solution, const dae::RegimeStart& start) const {
     constexpr double visible = 100;  // tolerances of the run
     for (Expr undecided : start.undecided) {

@@ -1,5 +1,5 @@
-// One solution made of runs of different models with the same leaves: forms "dummy" with other states, forms "array"
-// with other rows, regimes with other equations.
+// One solution made of runs of different models with the same leaves: forms "dummy" with other states, forms
+// "array" with other rows, regimes with other equations.
 #pragma once
 
 #include "integrate/simulation/simulate.hpp"
@@ -15,8 +15,8 @@ Point start_point(const Problem& problem, const Simulation& simulation);
 /// Time, parameters and inputs of a start in the middle of the run.
 void set_conditions(const Simulation& simulation, double t, dae::StartRequest& request);
 
-/// The leaves of a model, in the order x, x′, z, as expressions of another model; `open`: leaves that it does not
-/// contain, which have no value there.
+/// The leaves of a model, in the order x, x′, z, as expressions of another model; `open`: leaves that it does
+/// not contain, which have no value there.
 struct Meanings {
   std::vector<Expr> expressions;
   std::vector<Eigen::Index> open;
@@ -76,9 +76,10 @@ class SolutionInParts {
   /// stop_when of a part: `own`, or that of the caller's plan, to whose unknowns points are translated.
   std::function<bool(const Point&)> stop_when(const dae::ModelPtr& part,
                                               std::function<bool(const Point&)> own);
-  /// Does a part that starts there continue the last one, in the states of the first model? Nearly dependent rows may have
-  /// another solution nearby. True where there is no part yet. A state may differ by a hundredth of itself plus a million
-  /// tolerances, but by no more than a hundredth of its usual size, as the tolerances imply it.
+  /// Does a part that starts there continue the last one, in the states of the first model? Nearly
+  /// dependent rows may have another solution nearby. True where there is no part yet. A state may differ
+  /// by a hundredth of itself plus a million tolerances, but by no more than a hundredth of its usual
+  /// size, as the tolerances imply it.
   bool continues_at(const dae::ConsistentState& start) const;
   /// Has the caller's plan ended the last part?
   bool is_stopped() const { return stopped_; }

@@ -12,13 +12,15 @@ struct ToleranceRequest {
   std::vector<double> list;  ///< instead: in the order of the states, then the algebraic variables
 };
 
-/// What a run does where several solutions go on from a point: smoothly, or with the derivatives nearest to these.
+/// What a run does where several solutions go on from a point: smoothly, or with the
+/// derivatives nearest to these.
 struct BranchChoice {
   std::vector<std::pair<Expr, double>> derivatives;  ///< leaves of any order; empty: smoothly
 };
 
-/// Which choices the caller of simulate() changes along the run; simulate() itself changes the others: which of redundant
-/// constraints are kept (constraint_reselection.hpp), which states and rows (state_reselection.hpp, array_run.hpp).
+/// Which choices the caller of simulate() changes along the run; simulate() itself changes the others: which
+/// of redundant constraints are kept (constraint_reselection.hpp), which states and rows
+/// (state_reselection.hpp, array_run.hpp).
 enum class ChosenOutside { nothing, constraints, all };
 
 struct Simulation {
@@ -36,11 +38,10 @@ struct Simulation {
   bool many_parameters = false;  ///< the problem is evaluated with other parameters, too: none is folded
 };
 
-/// Integrates a model.
-/// Without plan.dt: with error control, rtol = 1e-6 and atol = 1e-3 rtol where nothing else is asked for.
-/// Throws Error when the index is 2 or more (unless plan.direct), a parameter or an input has no value, the
-/// derivative of an input that is only known as a function of numbers is needed; and whatever integrate()
-/// throws.
+/// Integrates a model. Without plan.dt: with error control, rtol = 1e-6 and atol = 1e-3 rtol where nothing
+/// else is asked for. Throws Error when the index is 2 or more (unless plan.direct), a parameter or an
+/// input has no value, the derivative of an input that is only known as a function of numbers is needed;
+/// and whatever integrate() throws.
 TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation);
 
 }  // namespace pendula::integrate

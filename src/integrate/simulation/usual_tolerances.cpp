@@ -11,8 +11,8 @@ namespace {
 
 constexpr double usual_share = 1e-3, large_size = 1e3;
 
-/// Sizes told by x′ alone and far below the largest: 0 where they are rounding errors, which change altogether with the
-/// last digits of x. Which of them are none, whatever the units.
+/// Sizes told by x′ alone and far below the largest: 0 where they are rounding errors, which change
+/// altogether with the last digits of x. Which of them are none, whatever the units.
 std::vector<char> without_noise(Vec& size, const ProblemPtr& problem, const Point& start, double interval) {
   constexpr double small = 1e-6, last_digits = 1e-15, clear = 100;
   const double largest = size.maxCoeff();
@@ -50,8 +50,8 @@ Vec sizes_before(const Simulation& simulation, const Problem& problem) {
   return size;
 }
 
-/// A hundredth of the size of the unknown, at most 10⁻³: a model in metres whose lengths are nanometres must not be at
-/// rest within its tolerance.
+/// A hundredth of the size of the unknown, at most 10⁻³: a model in metres whose lengths are nanometres must
+/// not be at rest within its tolerance.
 Vec small_shares(const Vec& size, const std::vector<char>& certain) {
   constexpr double rounding = 1e-12;  // a start that is 0 to rounding says nothing about sizes
   const double largest = size.maxCoeff();
@@ -61,9 +61,10 @@ Vec small_shares(const Vec& size, const std::vector<char>& certain) {
   return share;
 }
 
-/// A millionth of the size of the unknown where that is more than 10⁻³: a model in nanometres must not follow its zeros
-/// to all digits (21 732 steps of a spring pendulum in place of 107). What falls by six decades keeps its digits.
-/// The equations tell sizes, since much is 0 at a start, but none beyond a thousand times what the start shows.
+/// A millionth of the size of the unknown where that is more than 10⁻³: a model in nanometres must not
+/// follow its zeros to all digits (21 732 steps of a spring pendulum in place of 107). What falls by six
+/// decades keeps its digits. The equations tell sizes, since much is 0 at a start, but none beyond a
+/// thousand times what the start shows.
 void raise_to_large_sizes(Vec& share, const Vec& size, const Vec& natural) {
   constexpr double negligible = 1e-6, believed = 1e3;
   for (Eigen::Index i = 0; i < share.size(); ++i) {

@@ -9,8 +9,8 @@ namespace pendula::integrate {
 /// 10⁻⁶, or what was asked for all unknowns.
 double usual_rtol(const Simulation& simulation);
 
-/// atol of every unknown (x, z): 10⁻³ rtol for unknowns whose size at the start is 0.1 … 1000, a hundredth of the size
-/// times rtol below, a millionth of it above. Cost: where a size is above 1000, natural_sizes().
+/// atol of every unknown (x, z): 10⁻³ rtol for unknowns whose size at the start is 0.1 … 1000, a hundredth of
+/// the size times rtol below, a millionth of it above. Cost: where a size is above 1000, natural_sizes().
 Vec usual_atol(const Simulation& simulation, const ProblemPtr& problem, const Point& start);
 
 }  // namespace pendula::integrate

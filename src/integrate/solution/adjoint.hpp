@@ -1,14 +1,14 @@
-// Discrete adjoint: the gradient of a number at the end of a run by one sweep backwards, whatever the number
-// of parameters.
+// Discrete adjoint: the gradient of a number at the end of a run by one sweep backwards,
+// whatever the number of parameters.
 //
 // A step x₁ = x₀ + h Σ bᵢKᵢ with stages 0 = Fᵢ = F(tᵢ, x₀ + h Σⱼ aᵢⱼKⱼ, Kᵢ, Zᵢ, p) takes λ₁ = dJ/dx₁ back to
 //
 //     λ₀ = λ₁ - Σᵢ (∂Fᵢ/∂x)ᵀ μᵢ,    dJ/dp = -Σᵢ (∂Fᵢ/∂p)ᵀ μᵢ,
 //     h Σᵢ aᵢⱼ (∂Fᵢ/∂x)ᵀ μᵢ + (∂Fⱼ/∂x′)ᵀ μⱼ = h bⱼ λ₁,    (∂Fⱼ/∂z)ᵀ μⱼ = 0,
 //
-// the exact derivative of the step with h held fixed: for fixed steps that of the computed numbers
-// themselves, for chosen steps that of the solution within the tolerance. The stages are computed anew from
-// the mesh.
+// the exact derivative of the step with h held fixed: for fixed steps that of the computed
+// numbers themselves, for chosen steps that of the solution within the tolerance. The stages
+// are computed anew from the mesh.
 //
 // see  Hager, Numer. Math. 87, 2000; Sandu, Int. Conf. Comput. Sci. 2006; docs/derivations.md#adjoint
 #pragma once

@@ -48,8 +48,8 @@ class Sheet {
       for (std::size_t k = 0; k < curve.size(); ++k) measure(curve, k, nodes);
   }
 
-  /// Does p, at this share of the time from a to b, lie on the chord in all curves, and where even motion along the
-  /// chord would take it? A steep front hides in its chord where it turns back.
+  /// Does p, at this share of the time from a to b, lie on the chord in all curves, and where even motion
+  /// along the chord would take it? A steep front hides in its chord where it turns back.
   bool on_chord(const Node& a, const Node& b, const Node& p, double share) const {
     constexpr double uneven = 1;  // pixels along the chord
     return std::all_of(plan_.curves.begin(), plan_.curves.end(), [&](const std::vector<int>& curve) {
@@ -140,7 +140,8 @@ class Refinement {
       : solution_(solution), expressions_(expressions), plan_(plan), saved_(std::move(saved)) {}
 
   std::vector<Node> run() && {
-    // The extent of the curves is known well enough from a few points in every piece, or from many saved ones.
+    // The extent of the curves is known well enough from a few points in every
+    // piece, or from many saved ones.
     std::vector<Node> coarse;
     const int pieces = many_saved() ? 1 : 3;
     for (std::size_t i = 0; i < saved_.size(); ++i) {

@@ -4,8 +4,8 @@
 //
 //     C(t) = Σ_{k<d} C⁽ᵏ⁾(0) tᵏ/k!        (d = 2, mechanisms: the straight line C(0) + t C′(0))
 //
-// Form "baumgarte" imposes C″ + 2α C′ + β² C = 0 (C′ + αC = 0; (d/dt + α)ᵏ C = 0): what is off at the start decays.
-// The difference between the solution and the law is due to the integrator.
+// Form "baumgarte" imposes C″ + 2α C′ + β² C = 0 (C′ + αC = 0; (d/dt + α)ᵏ C = 0): what is off at the start
+// decays. The difference between the solution and the law is due to the integrator.
 #pragma once
 
 #include <string>

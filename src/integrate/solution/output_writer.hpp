@@ -25,7 +25,8 @@ class OutputWriter {
     if (wants(point.t)) save(point);
   }
 
-  /// begin() where a step ended that was announced as about to jump: one point at this time if nothing has jumped.
+  /// begin() where a step ended that was announced as about to jump: one point at
+  /// this time if nothing has jumped.
   void go_on(const Point& point, bool has_jumped) {
     if (times_ || has_jumped) begin(point);
   }

@@ -55,8 +55,8 @@ class Sampler {
       scale_ = scale_.cwiseMax(stacked(problem_, solution.point(i)).cwiseAbs());
   }
 
-  /// above: the error of the interval of which this is a half. Where halving does not help, the numbers are noise,
-  /// such as that of Newton's method in z, and the piece is as good as they are.
+  /// above: the error of the interval of which this is a half. Where halving does not help, the numbers are
+  /// noise, such as that of Newton's method in z, and the piece is as good as they are.
   void add(double from, double to, int depth, double above) {
     double wrong = 0;
     for (const int count : {low, high}) {
@@ -77,7 +77,8 @@ class Sampler {
  private:
   Vec at(double t) const { return stacked(problem_, solution_.at(t)); }
 
-  /// The largest error between the points and near the ends, where a polynomial is worst; of the largest size.
+  /// The largest error between the points and near the ends, where a polynomial is
+  /// worst; of the largest size.
   double error_of(const Piece& piece) const {
     double worst = 0;
     for (const double s : {0.002, 0.27, 0.62, 0.998}) {

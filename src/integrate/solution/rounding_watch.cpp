@@ -36,8 +36,8 @@ class StepMatrix {
     solver_.solve(right.data());
     e = right;
   }
-  /// A⁻¹ (F(y + δ) - F(y) - J δ), δ a few units in the last place: what the rounding errors of a residual become. Errors
-  /// that rows share, since they share terms, stay the same in them.
+  /// A⁻¹ (F(y + δ) - F(y) - J δ), δ a few units in the last place: what the rounding errors of a residual
+  /// become. Errors that rows share, since they share terms, stay the same in them.
   std::vector<double> rounding(Problem& problem, const Point& at) {
     const auto size = static_cast<std::size_t>(problem.n() + problem.m());
     std::vector<double> before(size), after(size);

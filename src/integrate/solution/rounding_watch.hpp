@@ -1,5 +1,5 @@
-// Are the digits asked for there at all? What rounding errors of the equations become along a solution, beside the
-// tolerances at its end.
+// Are the digits asked for there at all? What rounding errors of the equations become along a solution,
+// beside the tolerances at its end.
 #pragma once
 
 #include <string>
@@ -10,9 +10,9 @@
 
 namespace pendula::integrate {
 
-/// The effect of rounding errors of the residuals, propagated by the linearised equations. Measured in steps 8, 16, 32, …
-/// of models of index 0 and 1 with up to some hundred unknowns, where tolerances are tight; in steps 1, 2, 4, … and at
-/// any tolerance where `everywhere`.
+/// The effect of rounding errors of the residuals, propagated by the linearised equations. Measured in steps
+/// 8, 16, 32, … of models of index 0 and 1 with up to some hundred unknowns, where tolerances are tight; in
+/// steps 1, 2, 4, … and at any tolerance where `everywhere`.
 class RoundingWatch {
  public:
   RoundingWatch(const Problem& problem, const Tolerances& tolerances, const std::vector<int>& variable_index,

@@ -1,10 +1,12 @@
-// Runs that almost stand still before they move: errors within the tolerances have decided in which direction.
+// Runs that almost stand still before they move: errors within the tolerances have
+// decided in which direction.
 //
-// Where x′ = f(x), at its present speed, moves the solution by less than 1000 tolerances until the end, an error of one
-// tolerance shifts it in time by more than a thousandth of the rest (x′ satisfies the equation of an error, δ′ = f_x δ).
-// If the solution then moves 1000 times as far, the errors have been magnified: Robertson's problem with too large an
-// atol (HW §IV.10) passes a = 0, where a′ ≈ -5·10⁻⁴ a², and leaves it on the other side. Only for equations without t.
-// The bounds were chosen on that problem and on logistic growth from below atol.
+// Where x′ = f(x), at its present speed, moves the solution by less than 1000 tolerances until the end, an
+// error of one tolerance shifts it in time by more than a thousandth of the rest (x′ satisfies the
+// equation of an error, δ′ = f_x δ). If the solution then moves 1000 times as far, the errors have been
+// magnified: Robertson's problem with too large an atol (HW §IV.10) passes a = 0, where a′ ≈ -5·10⁻⁴ a²,
+// and leaves it on the other side. Only for equations without t. The bounds were chosen on that problem
+// and on logistic growth from below atol.
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
-// Norms of a step of many unknowns, four of them at a time: compilers leave loops with sums scalar, and one sum waits
-// for each addition. The results do not depend on the processor.
+// Norms of a step of many unknowns, four of them at a time: compilers leave loops with sums scalar, and one
+// sum waits for each addition. The results do not depend on the processor.
 #pragma once
 
 namespace pendula::integrate {
@@ -11,8 +11,8 @@ struct Squares {
 struct ErrorSizes {
   Squares first, second;
 };
-/// Of two error estimates e and other in units of atol + rtol max(|before|, |after|), whose reciprocals are kept;
-/// scaled[k] becomes e[k] in these units.
+/// Of two error estimates e and other in units of atol + rtol max(|before|, |after|), whose reciprocals are
+/// kept; scaled[k] becomes e[k] in these units.
 ErrorSizes error_sizes(int n, const double* before, const double* after, const double* atol,
                        const double* rtol, const double* e, const double* other, double* inverse_weight,
                        double* scaled);

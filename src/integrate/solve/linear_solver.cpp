@@ -15,10 +15,11 @@
 namespace pendula::integrate {
 namespace {
 
-// bench/linear.cpp. Code is made when it would have saved, so far, about what making it costs: it is never the dearer
-// choice by more than that. Up to 60 unknowns that is a millisecond or less, and the code is remembered: made at once.
-// Beyond, pivots and the code of Newton's iterations, real and complex, take 9 ms (80 unknowns, three diagonals) …
-// 60 ms (400 unknowns, or grids), and save 5 … 20 µs a factorisation with its solutions.
+// bench/linear.cpp. Code is made when it would have saved, so far, about what making it costs: it is
+// never the dearer choice by more than that. Up to 60 unknowns that is a millisecond or less, and the
+// code is remembered: made at once. Beyond, pivots and the code of Newton's iterations, real and complex,
+// take 9 ms (80 unknowns, three diagonals) … 60 ms (400 unknowns, or grids), and save 5 … 20 µs a
+// factorisation with its solutions.
 constexpr int dense_always = 60;
 long often(int n) { return n <= dense_always ? 12 : std::min(static_cast<long>(n) * n / 4, 1500L); }
 
@@ -280,8 +281,8 @@ void LinearSolver<Scalar>::analyse(int n, const std::vector<Position>& positions
   pivot_.assign(size, 0);
 }
 
-/// Code that exists is used from the first matrix on; it is made when the system has proved to be factorised
-/// often.
+/// Code that exists is used from the first matrix on; it is made when the system has
+/// proved to be factorised often.
 template <class Scalar>
 bool LinearSolver<Scalar>::factorise_straight(const Scalar* values) {
   constexpr int most_plans = 4;
@@ -334,8 +335,8 @@ bool LinearSolver<Scalar>::factorise_by_rows(const Scalar* values) {
   return band_ ? band_->factorise(values) : factorise_dense(values);
 }
 
-/// A pivot that looks lost beside its row may be the unit of an unknown: multipliers of constraints between lengths in
-/// nanometres. Columns of entries near 1 tell.
+/// A pivot that looks lost beside its row may be the unit of an unknown: multipliers of constraints between
+/// lengths in nanometres. Columns of entries near 1 tell.
 template <class Scalar>
 bool LinearSolver<Scalar>::factorise_by_columns(const Scalar* values) {
   std::vector<double> row(static_cast<std::size_t>(n_), 0), column = row;

@@ -5,8 +5,8 @@
 // others: the pattern is analysed once, later factorisations keep the pivots (klu_refactor) as long as their
 // growth is harmless. A system that is factorised so often that it pays gets straight-line code for its
 // pattern (what was factorised in earlier runs counts), with the pivots of the matrix at hand. Where later
-// matrices need others, the first solver takes over until there is code for them, too. The last few programs are
-// kept beyond the life of the solver, and the one that suits is used. The limits are measured:
+// matrices need others, the first solver takes over until there is code for them, too. The last few programs
+// are kept beyond the life of the solver, and the one that suits is used. The limits are measured:
 // bench/linear.cpp, bench/linear.txt. Davis & Palamadai Natarajan, Algorithm 907: KLU, ACM TOMS 37(3), 2010.
 #pragma once
 
@@ -30,12 +30,12 @@ struct PatternUse {
 template <class Scalar>
 class LinearSolver {
  public:
-  /// Below 16 unknowns dense beats KLU, up to 40 it loses at most 3 µs, for the dozen factorisations before
-  /// there is code; straight-line code beats KLU 2 to 6 times up to 400 and beyond, but choosing pivots costs
-  /// O(n³).
+  /// Below 16 unknowns dense beats KLU, up to 40 it loses at most 3 µs, for the dozen
+  /// factorisations before there is code; straight-line code beats KLU 2 to 6 times up to 400 and
+  /// beyond, but choosing pivots costs O(n³).
   static constexpr int dense_limit = 40, straight_limit = 400;
-  /// With so many entries in n² dense elimination beats KLU 2 to 4 times at any size (up to what fits in
-  /// memory).
+  /// With so many entries in n² dense elimination beats KLU 2 to 4 times at any size
+  /// (up to what fits in memory).
   static constexpr double full = 0.3;
   static constexpr int full_limit = 1000;
 
@@ -69,7 +69,8 @@ class LinearSolver {
   int determinant(double& log) const;
 
   int size() const { return n_; }
-  /// The smallest pivot of the last factorisation relative to its row (dense, band), or KLU's estimate 1/condition.
+  /// The smallest pivot of the last factorisation relative to its row (dense, band),
+  /// or KLU's estimate 1/condition.
   double weakest_pivot() const;
 
  private:

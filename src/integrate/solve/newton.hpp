@@ -2,12 +2,12 @@
 //
 //   w ← w + λ Δw,   (∂r/∂w) Δw = -r
 //
-// Converged means: every residual is at the rounding level of its own terms, |rᵢ| ≤ 32 ε (Σⱼ |∂rᵢ/∂wⱼ wⱼ| +
-// sizeᵢ), or the next correction would not change w, or residual or correction no longer fall although they
-// are below 10⁻¹⁰ of the terms or of w, or corrections no longer fall and are as short as those that rounding
-// of the terms leads to. λ < 1 only when the full step fails the natural monotonicity test (Deuflhard, Newton
-// Methods for Nonlinear Problems, §3.3.1): the simplified correction from the new point must be shorter than
-// Δw.
+// Converged means: every residual is at the rounding level of its own terms, |rᵢ| ≤ 32 ε (Σⱼ |∂rᵢ/∂wⱼ
+// wⱼ| + sizeᵢ), or the next correction would not change w, or residual or correction no longer fall
+// although they are below 10⁻¹⁰ of the terms or of w, or corrections no longer fall and are as short as
+// those that rounding of the terms leads to. λ < 1 only when the full step fails the natural monotonicity
+// test (Deuflhard, Newton Methods for Nonlinear Problems, §3.3.1): the simplified correction from the new
+// point must be shorter than Δw.
 #pragma once
 
 #include <vector>

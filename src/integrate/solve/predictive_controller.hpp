@@ -1,5 +1,5 @@
-// Gustafsson's predictive step size control of implicit one-step methods: the trend of the errors tells how the
-// solution changes (Gustafsson, ACM TOMS 20(4), 1994; Hairer & Wanner, Solving ODEs II, 2nd ed., §IV.8;
+// Gustafsson's predictive step size control of implicit one-step methods: the trend of the errors tells how
+// the solution changes (Gustafsson, ACM TOMS 20(4), 1994; Hairer & Wanner, Solving ODEs II, 2nd ed., §IV.8;
 // docs/derivations.md#step-size-control).
 #pragma once
 
@@ -17,8 +17,8 @@ struct PredictiveController {
   double dt = 0, error = 0;  ///< of the last accepted step
 
   void start() { *this = {}; }
-  /// dt / (next dt) after a step with this error, of an estimate of this order; between `least` and `most`. factor: a
-  /// safety factor.
+  /// dt / (next dt) after a step with this error, of an estimate of this order; between `least` and
+  /// `most`. factor: a safety factor.
   double quotient(double step, double norm, int order, double factor, double least, double most) const {
     const double now = std::clamp(root(norm, order) / factor, least, most);
     if (first) return now;

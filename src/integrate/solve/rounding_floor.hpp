@@ -36,8 +36,8 @@ class RoundingFloor {
   RoundingFloor(std::vector<int> index, int states);
   bool raised() const { return !least_.empty(); }
   bool has_multipliers() const { return has_multipliers_; }
-  /// Is a rejected step a reason to look? After the first one where there are multipliers, after the second where
-  /// there are other unknowns without x′.
+  /// Is a rejected step a reason to look? After the first one where there are multipliers, after the second
+  /// where there are other unknowns without x′.
   bool may_raise(bool repeated) const { return has_multipliers_ || (repeated && has_algebraic_); }
   void forget() {
     least_.clear();

@@ -1,10 +1,11 @@
-// The step size controller of explicit Runge-Kutta pairs, written once for a single run and for runs on lanes.
+// The step size controller of explicit Runge-Kutta pairs, written once for a single
+// run and for runs on lanes.
 //
-// Number is double, or Formula (compiled/formula.hpp): a value of straight-line code, where a condition selects
-// instead of branching. Every operation here gives the same bits for both, so that a run on lanes takes the steps
-// of a single run wherever its equations give the same bits (docs/decisions/007-*). For that reason products are
-// not added to anything (lanes would fuse the two roundings), and ln and exp are those of the lanes.
-// Formulas: docs/derivations.md#step-size-control.
+// Number is double, or Formula (compiled/formula.hpp): a value of straight-line code, where a condition
+// selects instead of branching. Every operation here gives the same bits for both, so that a run on lanes
+// takes the steps of a single run wherever its equations give the same bits (docs/decisions/007-*). For that
+// reason products are not added to anything (lanes would fuse the two roundings), and ln and exp are those of
+// the lanes. Formulas: docs/derivations.md#step-size-control.
 #pragma once
 
 #include <array>
@@ -32,7 +33,8 @@ inline double exponential(double a) { return codegen::lane_exp(a); }
 
 // ── the error ──
 
-/// DOP853: its error estimates of orders 5 and 3 combined to one of order 8 (Hairer, Nørsett & Wanner I, §II.10).
+/// DOP853: its error estimates of orders 5 and 3 combined to one of order 8 (Hairer,
+/// Nørsett & Wanner I, §II.10).
 template <class Number>
 Number combined_error(Number fifth, Number third) {
   const Number size = square_root(multiply_add(0.01, third * third, fifth * fifth));
@@ -48,8 +50,8 @@ Number visible_step(Number dt, Number t, Number longest) {
   return lesser(greater(dt, digits * magnitude(t)), longest);
 }
 
-/// A step in which x changes by a hundredth: from the norms of x and x′. Hairer, Nørsett & Wanner, Solving ODEs I,
-/// 2nd ed., §II.4, "Starting Step Size", h₀.
+/// A step in which x changes by a hundredth: from the norms of x and x′. Hairer, Nørsett & Wanner, Solving
+/// ODEs I, 2nd ed., §II.4, "Starting Step Size", h₀.
 template <class Number>
 Number cautious_step(Number size, Number slope, Number t, Number longest) {
   const Number careful = 1e-6 * greater(Number(1.0), longest);
@@ -65,8 +67,8 @@ Number first_step(Number cautious, Number steepest, Number t, Number longest, in
   return visible_step(lesser(100.0 * cautious, choose(steepest <= 1e-15, flat, power)), t, longest);
 }
 
-/// A planned step, shortened or stretched a little so that the interval ends with a step of decent length, not with one
-/// long and one tiny step.
+/// A planned step, shortened or stretched a little so that the interval ends with a step of decent length,
+/// not with one long and one tiny step.
 template <class Number>
 Number fitted_step(Number planned, Number left, Number dt_max) {
   const Number dt = lesser(planned, dt_max);
@@ -98,7 +100,8 @@ struct StepState {
       &StepState::rejected_dt, &StepState::longest, &StepState::alike};
 };
 
-/// What a step with a second stage g at its end shows beside its error: sums of squares in units of the tolerance.
+/// What a step with a second stage g at its end shows beside its error: sums of
+/// squares in units of the tolerance.
 template <class Number>
 struct StepSigns {
   Number slopes = 0.0, points = 0.0;  ///< of f(x₁) - f(g) and x₁ - g
@@ -142,9 +145,9 @@ class StepController {
     return s;
   }
 
-  /// After a step of length dt whose error was too large. Where stability limits the steps, the estimate says so
-  /// only after the step was too long: the step size would run into the limit every few steps. Once that has been
-  /// seen it stays a little below, and tries again later.
+  /// After a step of length dt whose error was too large. Where stability limits the steps, the estimate says
+  /// so only after the step was too long: the step size would run into the limit every few steps. Once that
+  /// has been seen it stays a little below, and tries again later.
   State reject(State s, Number dt, Number error) const {
     const Number factor = exponential(rules_.exponent * logarithm(error)) * (1 / safety);
     Condition limited = is_stiff(s);
@@ -173,9 +176,10 @@ class StepController {
   bool watches_stiffness() const { return rules_.stiff_stage >= 0; }
   static Condition is_stiff(const State& s) { return enough_hits <= s.hits; }
 
-  /// Is the error estimate of a step of length dt to be believed? It is one number, and vanishes by chance where the
-  /// stages jump over a pulse or from one oscillation to another. Then x₁ and g, of different orders, are as far
-  /// apart as the slopes would take them, or further; where the step follows the solution, they are much closer.
+  /// Is the error estimate of a step of length dt to be believed? It is one number, and vanishes by chance
+  /// where the stages jump over a pulse or from one oscillation to another. Then x₁ and g, of different
+  /// orders, are as far apart as the slopes would take them, or further; where the step follows the
+  /// solution, they are much closer.
   Condition resolves(Number dt, const StepSigns<Number>& signs) const {
     constexpr double least = 0.01;  // of x′: it may change and come back
     const double share = rules_.resolution * rules_.resolution;
@@ -185,10 +189,11 @@ class StepController {
   /// The error of a step that does not.
   static constexpr double unresolved = 1e10;
 
-  /// After an accepted step that accept() has seen: is stability what limits it? The quotient of f(x₁) - f(g) and
-  /// x₁ - g estimates λ (Hairer & Wanner II, §IV.2). Where x′ hardly changes in the step, accuracy would turn it by some
-  /// tenths; at tight tolerances such steps settle well inside the stability region. Where it changes by no more than
-  /// between two stages at one time, its change is the error of the steps times λ: modes that have died out.
+  /// After an accepted step that accept() has seen: is stability what limits it? The quotient of
+  /// f(x₁) - f(g) and x₁ - g estimates λ (Hairer & Wanner II, §IV.2). Where x′ hardly changes in the step,
+  /// accuracy would turn it by some tenths; at tight tolerances such steps settle well inside the stability
+  /// region. Where it changes by no more than between two stages at one time, its change is the error of the
+  /// steps times λ: modes that have died out.
   State watch(State s, Number dt, const StepSigns<Number>& signs) const {
     const double edge = 0.95 * rules_.stability_limit, inside = 0.3 * rules_.stability_limit;
     const Number points = signs.points, h_lambda = signs.slopes * (dt * dt);  // squared, times `points`
@@ -215,8 +220,8 @@ class StepController {
   /// Accepted steps until a new try beyond the ceiling is worth a rejection.
   static constexpr double soon = 60;
   static constexpr double first_steps = 1;  ///< they begin cautiously, and may grow by rules_.fastest
-  // In large models rejections again and again at one step size are enough of a sign; in small ones accuracy does
-  // the same and costs nothing.
+  // In large models rejections again and again at one step size are enough of a sign; in small ones accuracy
+  // does the same and costs nothing.
   static constexpr int many_unknowns = 200;
   static constexpr double again = 12, enough_alike = 8;
 

@@ -7,8 +7,8 @@
 
 namespace pendula::integrate {
 
-/// out[k] = base[k] + Σ weight[j] · from[j · stride + k] for 0 ≤ k < n; base may be null (zero). out may be
-/// base.
+/// out[k] = base[k] + Σ weight[j] · from[j · stride + k] for 0 ≤ k < n; base may be
+/// null (zero). out may be base.
 void combine(int n, const double* base, std::span<const double> weights, const double* from,
              std::ptrdiff_t stride, double* out);
 

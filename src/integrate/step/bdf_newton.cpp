@@ -1,4 +1,5 @@
-// Newton's iteration of a multistep step: Jacobian, factorisation, corrections, and what is left of the residual.
+// Newton's iteration of a multistep step: Jacobian, factorisation, corrections, and
+// what is left of the residual.
 #include <algorithm>
 #include <cmath>
 
@@ -56,8 +57,8 @@ void BdfStepper::solve(double* right) {
   for (std::size_t k = 0; k < rows_.column_scale.size(); ++k) right[k] *= rows_.column_scale[k];
 }
 
-/// Were the last corrections of an iteration that did not converge, or the error that was too large,
-/// rounding?
+/// Were the last corrections of an iteration that did not converge, or the error
+/// that was too large, rounding?
 RoundingFloor::Answer BdfStepper::at_rounding(double length) {
   constexpr double sums = 100;  // what differences and sums over the steps make of it
   std::vector<double> slopes(static_cast<std::size_t>(n()));
@@ -72,8 +73,8 @@ RoundingFloor::Answer BdfStepper::at_rounding(double length) {
   return answer;
 }
 
-/// Do x′ and the residual of the last iteration belong to a step that is nearly solved? A measured contraction
-/// below ½ says so too: the Jacobian is right to a factor of two.
+/// Do x′ and the residual of the last iteration belong to a step that is nearly solved? A measured
+/// contraction below ½ says so too: the Jacobian is right to a factor of two.
 bool BdfStepper::plausible() {
   if (check_.empty()) return true;
   check_.begin();
@@ -92,8 +93,8 @@ void BdfStepper::residual_at_end() {
   ++stats_.evaluations;
 }
 
-/// A Jacobian that is far too large, from before the end of a stiff phase or from where an exponential was huge, makes
-/// corrections tiny: is a residual left that would be seen without it?
+/// A Jacobian that is far too large, from before the end of a stiff phase or from where an exponential was
+/// huge, makes corrections tiny: is a residual left that would be seen without it?
 bool BdfStepper::is_hidden() {
   const auto visible = [&](const std::vector<double>& F) {
     return determined_ && !jacobian_.fresh &&
@@ -106,8 +107,8 @@ bool BdfStepper::is_hidden() {
   return check_.stagnates(attempt_.r.data(), 1) && !is_corrected();
 }
 
-/// By the Jacobian at y⁰ + d, what is left is rounding, or its correction within what the iteration may leave. Then the
-/// correction is added, and that Jacobian is the one at hand from now on.
+/// By the Jacobian at y⁰ + d, what is left is rounding, or its correction within what the iteration may
+/// leave. Then the correction is added, and that Jacobian is the one at hand from now on.
 bool BdfStepper::is_corrected() {
   const std::vector<double> F = attempt_.r;
   const std::vector<double>& entries = problem_->jacobian();

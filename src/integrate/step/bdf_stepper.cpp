@@ -76,8 +76,9 @@ void BdfStepper::start(const Point& point, double end) {
   if (dt_ <= 0) {
     ErrorSum slope;
     for (int i = 0; i < n(); ++i) slope.add(here_.xdot[i] / weight(i, std::fabs(here_.x[i])));
-    // Nowhere more than a thousandth of what is left: where x is at rest its slope says nothing, and a step to where it
-    // is at rest again, from one border of max(0, sin t) to the next, has no error that could be seen.
+    // Nowhere more than a thousandth of what is left: where x is at rest its slope says
+    // nothing, and a step to where it is at rest again, from one border of max(0, sin t) to the
+    // next, has no error that could be seen.
     const double d1 = n() > 0 ? slope.norm(n()) : 0, most_of_all = 1e-3 * longest;
     dt_ = visible(d1 * most_of_all > 0.5 ? 0.5 / d1 : most_of_all, longest);
   }
@@ -94,8 +95,9 @@ void BdfStepper::start(const Point& point, double end) {
   z_slopes_known_ = m() == 0 || !determined_;
 }
 
-/// A first step, of whose z no slope is known, must not change z by more than its tolerance, and is lost beside t where
-/// z changes fast. Then: a longer one, with a difference for the slopes; false if there is none.
+/// A first step, of whose z no slope is known, must not change z by more than its tolerance,
+/// and is lost beside t where z changes fast. Then: a longer one, with a difference for the
+/// slopes; false if there is none.
 bool BdfStepper::predict_algebraic(double end) {
   constexpr double longer = 1e6;  // than the smallest visible one
   if (z_slopes_known_) return false;
@@ -223,8 +225,9 @@ void BdfStepper::step(double end) {
   }
 }
 
-/// To be repeated with a step of this part of its size. The Jacobian belongs to the end that was predicted, which another
-/// size moves: along z, which may change fast, far enough to be of no use, or to be far too large.
+/// To be repeated with a step of this part of its size. The Jacobian belongs to the end that
+/// was predicted, which another size moves: along z, which may change fast, far enough to be of
+/// no use, or to be far too large.
 void BdfStepper::reject(double factor) {
   ++stats_.rejected;
   rejected_ = true;

@@ -32,8 +32,8 @@ void ChebyshevStepper::start(const Point& point, double end) {
   dt_ = limits_.dt_first > 0 ? limits_.dt_first : cautious_step(end);
 }
 
-/// The spectral radius of ∂x′/∂x by the power method on differences of x′, a little enlarged; it begins with what the
-/// last time has left.
+/// The spectral radius of ∂x′/∂x by the power method on differences of x′, a little enlarged; it begins
+/// with what the last time has left.
 void ChebyshevStepper::measure_spectrum() {
   constexpr int most = 50;
   constexpr double enlarged = 1.2, accurate = 0.01;

@@ -1,8 +1,9 @@
-// Runge-Kutta-Chebyshev methods with step size control: explicit, for equations whose stiffness is diffusion. The step
-// size follows from the error alone, the number of stages from the spectral radius, which is measured along the way.
+// Runge-Kutta-Chebyshev methods with step size control: explicit, for equations whose stiffness is
+// diffusion. The step size follows from the error alone, the number of stages from the spectral radius,
+// which is measured along the way.
 //
-// Error estimate 0.8 (x₀ - x₁) + 0.4 h (f₀ + f₁) and power iteration for the spectral radius: Sommeijer, Shampine &
-// Verwer, J. Comput. Appl. Math. 88, 1998, §2.2 and §3.2.
+// Error estimate 0.8 (x₀ - x₁) + 0.4 h (f₀ + f₁) and power iteration for the spectral radius: Sommeijer,
+// Shampine & Verwer, J. Comput. Appl. Math. 88, 1998, §2.2 and §3.2.
 #pragma once
 
 #include <map>

@@ -12,8 +12,8 @@
 namespace pendula::integrate {
 namespace {
 
-/// out[k] = x[k] + h Σ aⱼ Kⱼ[k] from k on, `parts` vectors of neighbours at a time so that the sums stay in registers, as
-/// far as they go; the next k.
+/// out[k] = x[k] + h Σ aⱼ Kⱼ[k] from k on, `parts` vectors of neighbours at a time so that the sums stay in
+/// registers, as far as they go; the next k.
 template <int parts, class Vector, class Row>
 [[gnu::always_inline]] inline int combined_wide(int k, int n, const double* x, double h, const Row& row,
                                                 const double* K, double* out) {
@@ -123,8 +123,8 @@ std::shared_ptr<const ExplicitStepper::Scheme> ExplicitStepper::scheme_of(const 
   return known.insert(rk, std::make_shared<const Scheme>(Scheme{rules, rows_of(*rk, rules.stiff_stage)}));
 }
 
-/// The parabola through the stages whose times are nearest to that of stage i, or less where times are too close to each
-/// other.
+/// The parabola through the stages whose times are nearest to that of stage i, or less where
+/// times are too close to each other.
 ExplicitStepper::Row ExplicitStepper::prediction(const Tableau& rk, int i) {
   const auto& c = rk.c();
   constexpr std::size_t points = 3;
@@ -200,8 +200,8 @@ double ExplicitStepper::first_step(double end) {
   return integrate::first_step(cautious, steepest, here_.t, longest, controller_.rules().control_order);
 }
 
-/// The step as code, or all Kᵢ (and zᵢ), the state at its end and the error estimates; false if one cannot
-/// be evaluated.
+/// The step as code, or all Kᵢ (and zᵢ), the state at its end and the error estimates;
+/// false if one cannot be evaluated.
 bool ExplicitStepper::compute(const Point& from, double dt) {
   const int size = n(), zs = m(), stages = tableau_->stages();
   const bool ode = problem_->is_ode();
@@ -274,10 +274,10 @@ double ExplicitStepper::error_norm() {
                   unresolved());
 }
 
-/// Whether the stages resolve a z that equations are not linear in: by the error estimate of ∫z dt beside the square
-/// root of the tolerances, and by its change beside the largest z so far. z does not act back on x, but where it
-/// swings between two stages, what it switches on may lie between them: the pulse of current that charges a
-/// capacitor behind a rectifier.
+/// Whether the stages resolve a z that equations are not linear in: by the error estimate of ∫z dt beside the
+/// square root of the tolerances, and by its change beside the largest z so far. z does not act back on x,
+/// but where it swings between two stages, what it switches on may lie between them: the pulse of current
+/// that charges a capacitor behind a rectifier.
 double ExplicitStepper::unresolved() {
   if (m() == 0 || rhs_.is_linear()) return 0;
   constexpr double most = 0.5;  // of the largest z: a sine is seen six times in a period or more

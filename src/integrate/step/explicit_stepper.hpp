@@ -1,7 +1,7 @@
 // Explicit Runge-Kutta pairs with step size control, for every model whose x′ and z follow from (t, x).
 //
-// Controller and stiffness test: step_controller.hpp, shared with the lanes of a sweep. The continuous extension of a
-// step is the method itself with a smaller step: it needs nothing but the two ends.
+// Controller and stiffness test: step_controller.hpp, shared with the lanes of a sweep. The continuous
+// extension of a step is the method itself with a smaller step: it needs nothing but the two ends.
 #pragma once
 
 #include "integrate/compiled/explicit_step.hpp"

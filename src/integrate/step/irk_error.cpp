@@ -2,8 +2,9 @@
 //
 //   err = ((γ/h) M + J)⁻¹ F(t₀, y, v),  v = -Σ eᵢ Zᵢ/h          filtered_error(); e is IrkFormula::error
 //
-// with y = y₀, and in the first step and after a rejection with y = y₀ + err. Here also: one more correction at the end of
-// a step, and the estimate without the matrix in front where that would hide the error (docs/derivations.md#step-checks).
+// with y = y₀, and in the first step and after a rejection with y = y₀ + err. Here also: one more correction
+// at the end of a step, and the estimate without the matrix in front where that would hide the error
+// (docs/derivations.md#step-checks).
 #include <algorithm>
 #include <cmath>
 
@@ -30,17 +31,18 @@ double IrkStepper::filtered_error(const double* y) {
   return std::max(sum.norm(N_), 1e-10);
 }
 
-/// The error in units of the tolerance. A matrix that is far off, or that of a solution which grows fast, damps the
-/// estimate whatever the step does: then it is taken without the matrix.
+/// The error in units of the tolerance. A matrix that is far off, or that of a solution which grows fast,
+/// damps the estimate whatever the step does: then it is taken without the matrix.
 double IrkStepper::error_norm(double dt, bool again) {
   const double norm = damped_error_norm(dt, again);
   if (!(norm < 1) || check_.empty() || rounding_.has_multipliers()) return norm;
   return check_.undamped_norm(norm, error_.data(), f().gamma / dt, scales_.scale, jacobian_.entries);
 }
 
-/// Where the equations have become less stiff along the step than the Jacobian at hand says, a matrix that is far too
-/// large makes corrections and error estimates tiny. Over a step much longer than the last, and where a residual is left
-/// that would be seen without the matrix: one more correction of the last stage, with the Jacobian there; its norm.
+/// Where the equations have become less stiff along the step than the Jacobian at hand says, a matrix that
+/// is far too large makes corrections and error estimates tiny. Over a step much longer than the last, and
+/// where a residual is left that would be seen without the matrix: one more correction of the last stage,
+/// with the Jacobian there; its norm.
 double IrkStepper::correction_at_end(double dt) {
   constexpr double longer = 2;
   const bool due = determined_ && last_.dt > 0 && (iteration_.wary > 0 || dt > longer * last_.dt);
@@ -97,11 +99,11 @@ bool IrkStepper::factorise_apart(const std::vector<double>& entries, double gh) 
   return jacobian_.end.factorise(shifted_.real.data());
 }
 
-/// A method with |R(∞)| = 1, as Gauss's are, keeps the errors of stiff components from step to step, and an estimate
-/// from the stages of one step does not see them. But the equations do: such a component follows from the others, and
-/// the distance of its end from there is (γ/h M + J)⁻¹ F(t₁, y₁, v), v the slope that the collocation polynomial ends
-/// with (work_.velocity). Where nothing is stiff, a distance of many tolerances is left by a pulse at the end, where
-/// such a method has no stage.
+/// A method with |R(∞)| = 1, as Gauss's are, keeps the errors of stiff components from step to step, and an
+/// estimate from the stages of one step does not see them. But the equations do: such a component follows
+/// from the others, and the distance of its end from there is (γ/h M + J)⁻¹ F(t₁, y₁, v), v the slope that
+/// the collocation polynomial ends with (work_.velocity). Where nothing is stiff, a distance of many
+/// tolerances is left by a pulse at the end, where such a method has no stage.
 double IrkStepper::stiff_error_at_end(double dt) {
   constexpr double stiff = 0.3;   // of the distance without the matrix
   constexpr double pulse = 0.02;  // 50 tolerances; the estimate and this distance are both of order s + 1
@@ -127,9 +129,10 @@ double IrkStepper::stiff_error_at_end(double dt) {
   return norm;
 }
 
-/// The end moves by the stiff part of what stiff_error_at_end() has found: kept below the tolerance, errors of ±δ in
-/// every step still act on the rest by δ² where the equations are not linear. ((γ/h M + J)⁻¹ J)ᵏ leaves stiff parts as
-/// they are and takes (hλ/γ)ᵏ of the others, which the order of the method is better than; linear invariants stay.
+/// The end moves by the stiff part of what stiff_error_at_end() has found: kept below the tolerance,
+/// errors of ±δ in every step still act on the rest by δ² where the equations are not linear. ((γ/h
+/// M + J)⁻¹ J)ᵏ leaves stiff parts as they are and takes (hλ/γ)ᵏ of the others, which the order of the
+/// method is better than; linear invariants stay.
 void IrkStepper::release_stiff_error(double dt) {
   constexpr int powers = 3;
   if (problem_->projects()) return;

@@ -46,8 +46,8 @@ double IrkStepper::missed_between_stages(double dt) {
   }));
 }
 
-/// x′ and z do not follow from (t, x): a correction of (x, z) as in the iteration, ((γ/h) M + J)⁻¹ F with the Jacobian
-/// there; false if it is not one. The residual of a constraint in x alone belongs to the stages.
+/// x′ and z do not follow from (t, x): a correction of (x, z) as in the iteration, ((γ/h) M + J)⁻¹ F with the
+/// Jacobian there; false if it is not one. The residual of a constraint in x alone belongs to the stages.
 bool IrkStepper::corrected_there(double t, double dt, const double* y, Vec& xdot, Vec& z) {
   const double gh = dt / f().gamma;
   const auto residual = [&](const double* x) {

@@ -41,8 +41,8 @@ bool IrkStepper::evaluate_jacobian(double ahead) {
   return jacobian_.entries.size() == rows_.positions.size();
 }
 
-/// The step as straight-line code with the pivots at hand; false: no code, or the pivots do not suit all its
-/// matrices.
+/// The step as straight-line code with the pivots at hand; false: no code, or the
+/// pivots do not suit all its matrices.
 bool IrkStepper::use_code(double dt, bool now) {
   const codegen::StraightLU* pivots = matrices().real.straight();
   if (!pivots) return false;
@@ -96,11 +96,12 @@ bool IrkStepper::factorise_pairs(double dt) {
   return regular;
 }
 
-/// The polynomial of the last step is continued. Extrapolated, it multiplies what Newton's iteration left by Σ |lⱼ|, of
-/// seven stages by 10⁷ where steps grow fivefold: behind an iteration that began farther away than the step is long, or
-/// where the Jacobian is another one, and failed, the highest degree that multiplies by less is taken for some steps. 0:
-/// none. Equations without x′ whose Jacobian is constant bear any starting value; others are left at the last point then,
-/// since runs that come to where they are singular must come close.
+/// The polynomial of the last step is continued. Extrapolated, it multiplies what Newton's iteration
+/// left by Σ |lⱼ|, of seven stages by 10⁷ where steps grow fivefold: behind an iteration that began
+/// farther away than the step is long, or where the Jacobian is another one, and failed, the highest
+/// degree that multiplies by less is taken for some steps. 0: none. Equations without x′ whose Jacobian
+/// is constant bear any starting value; others are left at the last point then, since runs that come to
+/// where they are singular must come close.
 int IrkStepper::degree_continued(double dt) {
   constexpr double far = 300;  // tolerances. Measured: 100 and 1000 are as good, 10 costs a tenth more
   if (last_.dt == 0 || last_.distrusted) return 0;
@@ -140,7 +141,8 @@ void IrkStepper::start_iteration(double dt) {
   if (code) code->set(Z_.data());
 }
 
-/// Starting values of Z: the collocation polynomial of the last step continued, or one of lower degree near it.
+/// Starting values of Z: the collocation polynomial of the last step continued, or
+/// one of lower degree near it.
 void IrkStepper::predict(double dt, int degree) {
   const auto size = static_cast<std::size_t>(N_);
   if (degree == 0) {
@@ -299,8 +301,8 @@ IrkStepper::Newton IrkStepper::newton(double dt) {
   }
 }
 
-/// Were the last corrections of an iteration that did not converge, or the error that was too large,
-/// rounding?
+/// Were the last corrections of an iteration that did not converge, or the error
+/// that was too large, rounding?
 RoundingFloor::Answer IrkStepper::at_rounding(double dt, double length) {
   constexpr double stages = 100;  // what transformations and sums over the stages make of it; seen: 4 … 45
   if (matrices().code) {          // it has factors of its own

@@ -70,9 +70,9 @@ void IrkStepper::use(int level) {
   prepare_tolerances();
 }
 
-/// The estimate is of order s, the method of order 2s - 1: its tolerance is 0.1 tol^((s+1)/(2s)), as in RADAU. But
-/// where stiffness reduces the order to that of the stages, s, error and estimate are alike: it is not more than
-/// forty times the tolerance (at 1e-6 that changes nothing; HIRES at 1e-12: 4e-9 without).
+/// The estimate is of order s, the method of order 2s - 1: its tolerance is 0.1 tol^((s+1)/(2s)), as in
+/// RADAU. But where stiffness reduces the order to that of the stages, s, error and estimate are alike: it is
+/// not more than forty times the tolerance (at 1e-6 that changes nothing; HIRES at 1e-12: 4e-9 without).
 void IrkStepper::prepare_tolerances() {
   constexpr double most = 40;
   const bool high_index = std::any_of(index_.begin(), index_.end(), [](int i) { return i > 1; });
@@ -226,8 +226,8 @@ void IrkStepper::step(double end) {
       if (answer == RoundingFloor::Answer::accepted) outcome = Newton::converged;
     }
     if (outcome != Newton::converged) {
-      // Between here and the end a slope of the equations may double: with the slopes here the iteration then goes to and
-      // fro in steps of any size, with those behind the kink it converges.
+      // Between here and the end a slope of the equations may double: with the slopes here the iteration then
+      // goes to and fro in steps of any size, with those behind the kink it converges.
       constexpr int shortened = 3;
       ++iteration_.failures;
       iteration_.prediction.failed();
@@ -375,8 +375,8 @@ void IrkStepper::interpolate(const StepView& step, double t, Detail detail, Poin
   refine(step, static_cast<int>(level), t, out);
 }
 
-/// The method itself from the beginning of the step to t: of the order of the method, where that is
-/// affordable.
+/// The method itself from the beginning of the step to t: of the order of the
+/// method, where that is affordable.
 void IrkStepper::refine(const StepView& step, int level, double t, Point& out) {
   constexpr int affordable = 150;
   if (formulas_[level]->s * N_ <= affordable) {
@@ -394,8 +394,8 @@ void IrkStepper::refine(const StepView& step, int level, double t, Point& out) {
   if (determined_) rhs_(t, out.x.data(), out.xdot.data(), out.z.data());
 }
 
-/// A step to t from the beginning of this one, to next_; its collocation polynomial gives the starting values, and
-/// Newton's iteration goes on until neighbours are as smooth as rounding lets them be.
+/// A step to t from the beginning of this one, to next_; its collocation polynomial gives the starting
+/// values, and Newton's iteration goes on until neighbours are as smooth as rounding lets them be.
 bool IrkStepper::reaches(const StepView& step, int level, double t) {
   constexpr double sharper = 1e-6;
   if (order_.level != level) use(level);

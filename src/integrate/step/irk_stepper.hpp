@@ -28,8 +28,8 @@ inline void add_multiple(double* to, double factor, const double* from, int coun
 
 class IrkStepper final : public Stepper {
  public:
-  /// formulas: of ascending order; the method changes between them. index: of every unknown (x, z), 1 … 3;
-  /// empty: all 1.
+  /// formulas: of ascending order; the method changes between them. index: of every
+  /// unknown (x, z), 1 … 3; empty: all 1.
   IrkStepper(std::string name, ProblemPtr problem, std::vector<std::shared_ptr<const IrkFormula>> formulas,
              std::vector<int> index, Tolerances tolerances, StepLimits limits, Stats& stats);
 

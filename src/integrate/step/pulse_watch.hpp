@@ -1,5 +1,5 @@
-// What begins and ends between the points of a step where the equations hold, as the pulse of current behind a
-// rectifier does, no error estimate sees: it is looked for there.
+// What begins and ends between the points of a step where the equations hold, as the pulse of current behind
+// a rectifier does, no error estimate sees: it is looked for there.
 //
 // docs/derivations.md#step-checks. For a z that the equations are not linear in.
 #pragma once
@@ -24,7 +24,8 @@ class PulseWatch {
     const std::vector<double>& scale;  ///< the tolerances of y
   };
 
-  /// At time t, from those of the continuous extension to x′ and z of the equations; false: they say nothing there.
+  /// At time t, from those of the continuous extension to x′ and z of the equations;
+  /// false: they say nothing there.
   using Equations = std::function<bool(double t, const double* y, Vec& xdot, Vec& z)>;
 
   PulseWatch(int n, int m);
@@ -32,18 +33,18 @@ class PulseWatch {
   /// A step from z to z_end; include() what z is between them.
   void begin(const Vec& z, const Vec& z_end);
   void include(const double* z);
-  /// Can the step hide a pulse of a z? Yes where z moves, by more than rounding, over a quarter of the range that it has
-  /// covered since the start (a sixth of a period). A z that only goes on, as in a transient, hides nothing: between two
-  /// new values it would have to return unseen. A z that has not moved yet is checked in the first step in which it does.
-  /// scale: the tolerances of (x, z).
+  /// Can the step hide a pulse of a z? Yes where z moves, by more than rounding, over a quarter of the range
+  /// that it has covered since the start (a sixth of a period). A z that only goes on, as in a transient,
+  /// hides nothing: between two new values it would have to return unseen. A z that has not moved yet is
+  /// checked in the first step in which it does. scale: the tolerances of (x, z).
   bool is_due(const std::vector<double>& scale) const;
-  /// The distance of z of the continuous extension from z of the equations, in units of a tenth of the range of z in the
-  /// step; 2 where the equations have no solution. Integrates the difference of their x′ for missed_norm(), in parts of
-  /// dt, by Simpson's rule.
+  /// The distance of z of the continuous extension from z of the equations, in units of a tenth of the range
+  /// of z in the step; 2 where the equations have no solution. Integrates the difference of their x′ for
+  /// missed_norm(), in parts of dt, by Simpson's rule.
   double look(const Step& step, const Equations& equations);
-  /// The error of x by that integral in a step of size dt, in the tolerances `scale`. filter(missed, e): the error e of
-  /// (x, z) that is left of it where the equations are stiff, as in the error estimate of the method; false where there
-  /// is none. Called only where h times the integral is visible.
+  /// The error of x by that integral in a step of size dt, in the tolerances `scale`. filter(missed, e): the
+  /// error e of (x, z) that is left of it where the equations are stiff, as in the error estimate of the
+  /// method; false where there is none. Called only where h times the integral is visible.
   double missed_norm(double dt, const std::vector<double>& scale,
                      const std::function<bool(const Vec&, std::vector<double>&)>& filter);
   /// The step counts.

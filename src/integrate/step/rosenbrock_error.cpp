@@ -20,9 +20,9 @@ double RosenbrockStepper::error_norm() {
   return sum.norm(N_);
 }
 
-/// The estimate is a solution with the matrix at the beginning, which is far too large where stiffness ends within the
-/// step: then it says nothing, and neither did the stages. The same right side solved with the matrix at the end: its
-/// norm; 0 where it is seen without solving that it is small, or no other than before.
+/// The estimate is a solution with the matrix at the beginning, which is far too large where stiffness ends
+/// within the step: then it says nothing, and neither did the stages. The same right side solved with the
+/// matrix at the end: its norm; 0 where it is seen without solving that it is small, or no other than before.
 double RosenbrockStepper::error_at_end(double dt) {
   const double gh = method_->gamma() * dt;
   if (!check_.is_visible(gh, at_end_.undamped.data(), at_end_.weights, entries_)) return 0;
@@ -59,8 +59,8 @@ void RosenbrockStepper::keep_jacobian(const Point& at, std::vector<double>& entr
   ++stats_.jacobians;
 }
 
-/// Does J e, e the estimated error, differ between beginning and end by more than the tolerances? In rows without x′:
-/// by more than a tenth of what the tolerances change.
+/// Does J e, e the estimated error, differ between beginning and end by more than the tolerances? In rows
+/// without x′: by more than a tenth of what the tolerances change.
 bool RosenbrockStepper::jacobian_has_changed(double gh) {
   constexpr double tenth = 0.1;
   std::fill(R_.begin(), R_.end(), 0.0);

@@ -6,7 +6,8 @@
 
 namespace pendula::integrate {
 
-/// The continuous extension of this record, (y₀, y₁, K₁ …), at this part of the step: its value and the slope of x.
+/// The continuous extension of this record, (y₀, y₁, K₁ …), at this part of the
+/// step: its value and the slope of x.
 void RosenbrockStepper::curve(const double* dense, double part, double dt, double* y, double* slope) const {
   const double u = part, v = 1 - u;
   const auto rows = method_->dense().rows();
@@ -22,7 +23,8 @@ void RosenbrockStepper::curve(const double* dense, double part, double dt, doubl
   }
 }
 
-/// Of z in units of a tenth of its swing, of x in tolerances, filtered as the error estimate is: the larger of the two.
+/// Of z in units of a tenth of its swing, of x in tolerances, filtered as the error
+/// estimate is: the larger of the two.
 double RosenbrockStepper::missed_on_the_way(double dt) {
   constexpr int looks = 7;
   constexpr std::array<double, 1> end = {1};

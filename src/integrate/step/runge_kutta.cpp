@@ -77,8 +77,8 @@ void RungeKutta::find_blocks() {
 void RungeKutta::prepare_weights() {
   const int s = tableau_->stages();
   const Vec& c = tableau_->c();
-  // Least-squares polynomial of degree ≤ 3 through the stages: of higher degree it would amplify more than
-  // predict.
+  // Least-squares polynomial of degree ≤ 3 through the stages: of higher degree it
+  // would amplify more than predict.
   const int terms = std::min(s, 4);
   const auto powers = [&](const Vec& at) {
     Mat V = Mat::Ones(at.size(), terms);

@@ -38,18 +38,17 @@ class StageEquations : public Equations {
 
 class RungeKutta {
  public:
-  /// direct: do not ask for index 1; x′ and z at mesh points come from the stages by R(∞) (Hairer, Lubich &
-  /// Roche, The Numerical Solution of DAEs by RK Methods, 1989, p. 14). Throws Error if the tableau cannot do
-  /// that.
+  /// direct: do not ask for index 1; x′ and z at mesh points come from the stages by R(∞)
+  /// (Hairer, Lubich & Roche, The Numerical Solution of DAEs by RK Methods, 1989, p. 14). Throws
+  /// Error if the tableau cannot do that.
   RungeKutta(ProblemPtr problem, TableauPtr tableau, bool direct = false);
 
-  /// Solves F(t, x, x′, z) = 0 for x′ and z, from the values in `point`.
-  /// Throws Error naming the variables that are not determined (index above 1), Failure if Newton does not
-  /// converge.
+  /// Solves F(t, x, x′, z) = 0 for x′ and z, from the values in `point`. Throws Error naming the variables
+  /// that are not determined (index above 1), Failure if Newton does not converge.
   void settle(Point& point);
 
-  /// Throws the same Failure if ∂F/∂(x′, z) is singular at a settled point: x′ and z solve the equations, but
-  /// not uniquely.
+  /// Throws the same Failure if ∂F/∂(x′, z) is singular at a settled point: x′ and z solve
+  /// the equations, but not uniquely.
   void require_determined(const Point& point);
 
   /// One step; `from` must be settled. `remember`: the stages are the starting values of a step that

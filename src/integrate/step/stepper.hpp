@@ -66,8 +66,8 @@ class Stepper {
   /// The point at time t of the step. Index 1: with full detail x′ and z solve the equations there.
   virtual void interpolate(const StepView& step, double t, Detail detail, Point& out) = 0;
 
-  /// The last interpolated point is less accurate than the end of its step: equations that are held on one side of a
-  /// border may have a pole on the other side, and a stage came near it.
+  /// The last interpolated point is less accurate than the end of its step: equations that are held on one
+  /// side of a border may have a pole on the other side, and a stage came near it.
   bool is_doubtful() const { return doubtful_; }
 
   /// The Runge–Kutta method of a step; none: another kind of method.
@@ -100,8 +100,8 @@ class Stepper {
     const double smallest = 10 * std::numeric_limits<double>::epsilon() * std::fabs(here_.t);
     return std::fabs(dt) > smallest && std::fabs(dt) > 1e-300;
   }
-  /// A Jacobian is infinite at the root of √|x|: it is taken half a step ahead instead and, where the solution stays
-  /// there, a tolerance beside. take(point): false where it is infinite, too.
+  /// A Jacobian is infinite at the root of √|x|: it is taken half a step ahead instead and, where the
+  /// solution stays there, a tolerance beside. take(point): false where it is infinite, too.
   template <class Take>
   bool take_beside(const Take& take) const {
     constexpr double golden = 0.618;
@@ -117,22 +117,21 @@ class Stepper {
     }
     return false;
   }
-  /// Errors, in tolerances, up to which a shorter step into an accepted one is believed; of a smooth solution none
-  /// exceeds 1.
+  /// Errors, in tolerances, up to which a shorter step into an accepted one is believed; of a
+  /// smooth solution none exceeds 1.
   static constexpr double largest_inside = 10;
   /// Rejections in a row after which a step may begin beside the equations.
   static constexpr int suspicious_failures = 4;
-  /// Solves for x′ and z at (t, x) once more. A step satisfies equations without x′ within the tolerances only; where
-  /// these equations change by orders of magnitude within a tolerance, no step can begin there, however small. True
-  /// where here() has changed.
+  /// Solves for x′ and z at (t, x) once more. A step satisfies equations without x′ within the tolerances
+  /// only; where these equations change by orders of magnitude within a tolerance, no step can begin there,
+  /// however small. True where here() has changed.
   bool settle_again(RhsSolver& rhs);
   /// |t ∂F/∂t| of every row, by a difference: what rounding of t does to the residuals. y = (x, z).
   std::vector<double> time_terms(double t, const double* y, const double* xdot);
-  /// Moves x of a new point onto the conditions of a projected form where it is too far off. Whether x moved; nothing,
-  /// with the reason in trouble_, where no point on them is found.
+  /// Moves x of a new point onto the conditions of a projected form where it is too far off. Whether x moved;
+  /// nothing, with the reason in trouble_, where no point on them is found.
   std::optional<bool> project(Point& next);
-  /// The error of a step that vanished beside t. `error`: scaled errors that name the culprit, may be
-  /// empty.
+  /// The error of a step that vanished beside t. `error`: scaled errors that name the culprit, may be empty.
   Failure vanished(const Eigen::Ref<const Vec>& error, const std::string& reason) const;
   /// "x", "z[2]": an entry of y = (x, z).
   std::string unknown_name(int i) const { return i < n() ? problem_->x_name(i) : problem_->z_name(i - n()); }

@@ -1,5 +1,5 @@
-// Any one-step method on the active part of a large model (active_subsystem.hpp), which grows as far as something
-// happens.
+// Any one-step method on the active part of a large model (active_subsystem.hpp), which
+// grows as far as something happens.
 #pragma once
 
 #include <functional>

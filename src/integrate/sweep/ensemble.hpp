@@ -23,7 +23,8 @@ class EnsembleClient {
   virtual void point(int set, int place, double t, const double* x, const double* xdot, const double* p) = 0;
   /// All its points were told.
   virtual void finished(int set, const Stats& stats) = 0;
-  /// Not finite, step size vanished, too many steps, stiff: a run of its own must treat it or say what is wrong.
+  /// Not finite, step size vanished, too many steps, stiff: a run of its own must
+  /// treat it or say what is wrong.
   virtual void abandoned(int set) = 0;
   /// Does it want to see every step?
   virtual bool watches_steps() const { return false; }

@@ -1,5 +1,5 @@
-// Runs on lanes look at poles where they are asked for values: a divisor whose sign has changed since the start
-// may have passed a pole, and a run of its own finds out (event/monitor/domain_monitor.hpp).
+// Runs on lanes look at poles where they are asked for values: a divisor whose sign has changed since the
+// start may have passed a pole, and a run of its own finds out (event/monitor/domain_monitor.hpp).
 #pragma once
 
 #include <unordered_map>

@@ -17,7 +17,8 @@ class RunResults {
   virtual std::string failure(int run) const = 0;
   /// Runs that failed, or were not made because of an interrupt.
   virtual std::vector<int> failures() const = 0;
-  /// Of every run that is done, ascending: head, and the leaves at the end (place 0) or at saved time `place` - 1.
+  /// Of every run that is done, ascending: head, and the leaves at the end (place 0)
+  /// or at saved time `place` - 1.
   using Visitor = std::function<void(int run, const double* head, const double* leaves)>;
   virtual void visit(std::size_t place, const Visitor& visitor) const = 0;
 };

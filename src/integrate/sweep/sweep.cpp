@@ -48,8 +48,8 @@ void Sweep::open(Results results, bool complete) {
   complete_ = complete;
 }
 
-/// What the user asked for, or about a hundred times (of the mesh, where the steps are fixed), or the end
-/// alone.
+/// What the user asked for, or about a hundred times (of the mesh, where the steps
+/// are fixed), or the end alone.
 void Sweep::choose_times(bool keep_ends) {
   const Plan& plan = request_.simulation.plan;
   const dae::FirstOrder form = dae::first_order(*request_.model);

@@ -41,16 +41,16 @@ class Sweep {
   using Progress = std::function<void(int done)>;
   using Results = std::shared_ptr<const RunResults>;
 
-  /// Decides how the runs are made; none is made yet. keep_ends: without times that were asked for, only the ends are
-  /// kept.
+  /// Decides how the runs are made; none is made yet. keep_ends: without times that were
+  /// asked for, only the ends are kept.
   explicit Sweep(SweepRequest request, bool keep_ends = false);
   Sweep(const Sweep&) = delete;
   Sweep& operator=(const Sweep&) = delete;
 
   /// Makes all runs and keeps the results in memory.
   void run(const Progress& progress);
-  /// Makes the runs first … last - 1 that the sink has not, and gives it the results while they come. False: Ctrl-C.
-  /// progress: of all runs of that range, with those that were there.
+  /// Makes the runs first … last - 1 that the sink has not, and gives it the results while they come. False:
+  /// Ctrl-C. progress: of all runs of that range, with those that were there.
   bool run_into(store::RunSink& sink, int first, int last, const Progress& progress) const;
   /// Takes results from elsewhere.
   void open(Results results, bool complete);

@@ -145,8 +145,8 @@ void drain_singly(SharedSlots& slots, TaskQueue& queue, const std::function<void
 
 }  // namespace
 
-/// The worker processes of one queue. One that dies, or is killed because its task takes too long, is followed by
-/// another; its task is failed, or apart where it has several at a time.
+/// The worker processes of one queue. One that dies, or is killed because its task takes too long, is
+/// followed by another; its task is failed, or apart where it has several at a time.
 class Crew {
  public:
   Crew(SharedSlots& slots, const Labour& labour, const std::function<void(TaskQueue&)>& drain, bool several)
@@ -171,8 +171,8 @@ class Crew {
     return std::all_of(pids_.begin(), pids_.end(), [](pid_t pid) { return pid <= 0; });
   }
 
-  /// Until all have ended, polling so that progress is shown and Ctrl-C is passed on. One that does not end within two
-  /// seconds of it, because it was stopped (SIGSTOP) or does not poll, is killed.
+  /// Until all have ended, polling so that progress is shown and Ctrl-C is passed on. One that does not end
+  /// within two seconds of it, because it was stopped (SIGSTOP) or does not poll, is killed.
   void wait() {
     constexpr double patience = 2;  // seconds
     double told_at = 0;

@@ -68,12 +68,12 @@ struct Labour {
 };
 
 /// Runs run(task, numbers) for every waiting task; a task that throws a user-facing error is failed with its
-/// text, and so is one whose process dies or that takes too long; another process goes on with the others then. Returns
-/// false when Ctrl-C stopped it: the tasks that are done stay done.
+/// text, and so is one whose process dies or that takes too long; another process goes on with the others
+/// then. Returns false when Ctrl-C stopped it: the tasks that are done stay done.
 bool run_tasks(SharedSlots& slots, const Labour& labour, const std::function<void(int, double*)>& run);
 
-/// The same after a few tasks in this process, which fill caches that the workers inherit and tell how long a task
-/// takes: where processes would cost more than they save, all tasks are done here. With a limit none is.
+/// The same after a few tasks in this process, which fill caches that the workers inherit and tell how long a
+/// task takes: where processes would cost more than they save, all tasks are done here. With a limit none is.
 bool run_tasks_here_first(SharedSlots& slots, const Labour& labour,
                           const std::function<void(int, double*)>& run);
 

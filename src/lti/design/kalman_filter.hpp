@@ -2,8 +2,8 @@
 //
 //   x(k+1) = A x(k) + B u(k) + w(k),  y(k) = C x(k) + D u(k) + v(k),  E wwᵀ = Q, E vvᵀ = R, E wvᵀ = 0
 //
-// Joseph's form of the update (Bucy & Joseph, Filtering for Stochastic Processes, 1968); samples of y that are NaN
-// are not used; smoothing by Rauch, Tung & Striebel, AIAA J. 3(8), 1965.
+// Joseph's form of the update (Bucy & Joseph, Filtering for Stochastic Processes, 1968); samples of y that
+// are NaN are not used; smoothing by Rauch, Tung & Striebel, AIAA J. 3(8), 1965.
 #pragma once
 
 #include "lti/system.hpp"

@@ -11,9 +11,10 @@ struct Placement {
   double condition = 1;  ///< of their eigenvectors: how much a perturbation of A or B moves the poles
 };
 
-/// Robust placement: of all K with these poles one whose eigenvectors are far from dependent, by rank-one updates
-/// of real (Kautsky, Nichols & Van Dooren, Int. J. Control 41(5), 1985, method 0) and rank-two updates of complex
-/// eigenvectors (Tits & Yang, IEEE Trans. Autom. Control 41(10), 1996). With one input K is unique.
+/// Robust placement: of all K with these poles one whose eigenvectors are far from dependent, by
+/// rank-one updates of real (Kautsky, Nichols & Van Dooren, Int. J. Control 41(5), 1985, method 0)
+/// and rank-two updates of complex eigenvectors (Tits & Yang, IEEE Trans. Autom. Control 41(10),
+/// 1996). With one input K is unique.
 /// poles   n numbers, complex ones with their conjugates
 /// throws  Error on sizes, poles without conjugate, poles repeated more often than B has rank, uncontrollable
 ///         (A, B), naming the mode; Failure where rounding moves the poles by more than 0.1 %

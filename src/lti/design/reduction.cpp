@@ -10,7 +10,8 @@
 namespace pendula::lti {
 namespace {
 
-/// L with L Lᵀ = P for a positive semidefinite P; rounding is relative to each diagonal entry, whatever the units.
+/// L with L Lᵀ = P for a positive semidefinite P; rounding is relative to each
+/// diagonal entry, whatever the units.
 Mat root(const Mat& P) {
   const Vec size = P.diagonal().unaryExpr(
       [](double p) { return p > 0 ? std::exp2(std::round(0.5 * std::log2(p))) : 1.0; });

@@ -16,8 +16,8 @@ struct Balanced {
 Balanced balanced(const System& g);
 
 /// The first `order` balanced states. "truncate": the others are left out, exact at s = ∞; "dc": their
-/// derivatives are zero (in discrete time x̃⁺ = x̃), which keeps G(0). ‖G - Gᵣ‖_∞ ≤ 2 Σ σₖ over the others (Glover,
-/// Int. J. Control 39(6), 1984). Works for systems that are not minimal, too.
+/// derivatives are zero (in discrete time x̃⁺ = x̃), which keeps G(0). ‖G - Gᵣ‖_∞ ≤ 2 Σ σₖ over the others
+/// (Glover, Int. J. Control 39(6), 1984). Works for systems that are not minimal, too.
 struct Reduction {
   System system;
   Vec hankel;

@@ -57,8 +57,8 @@ Reduced without_cross_term(const RiccatiProblem& p) {
   return {p.A - p.B * back, symmetric(p.B * solved(p.R, p.B.transpose())), symmetric(p.Q - p.S * back)};
 }
 
-/// A ← A W A, G ← G + A W G Aᵀ, H ← H + Aᵀ H W A with W = (I + G H)⁻¹, until H stands still. Nothing where the
-/// iteration does not converge.
+/// A ← A W A, G ← G + A W G Aᵀ, H ← H + Aᵀ H W A with W = (I + G H)⁻¹, until H stands still. Nothing where
+/// the iteration does not converge.
 std::optional<Mat> doubled(Mat A, Mat G, Mat H) {
   constexpr int most_doublings = 60;
   const Index n = A.rows();
@@ -97,8 +97,8 @@ std::optional<Mat> by_doubling(const Reduced& r, bool continuous) {
   return {};
 }
 
-/// The stable subspace of the Hamiltonian matrix by its sign, Z ← (c Z + (c Z)⁻¹)/2 (Byers, Linear Algebra Appl. 85,
-/// 1987): also where X hardly depends on H, so that doubling starts from nothing. Continuous time.
+/// The stable subspace of the Hamiltonian matrix by its sign, Z ← (c Z + (c Z)⁻¹)/2 (Byers, Linear Algebra
+/// Appl. 85, 1987): also where X hardly depends on H, so that doubling starts from nothing. Continuous time.
 std::optional<Mat> by_sign(const Reduced& r) {
   const Index n = r.A.rows();
   Mat Z(2 * n, 2 * n);
@@ -145,7 +145,8 @@ bool stabilises(const RiccatiProblem& p, const ComplexVec& poles) {
 
 ComplexVec poles_of(const Mat& A) { return Eigen::EigenSolver<Mat>(A, false).eigenvalues(); }
 
-/// Newton's method from a stabilising X: (A - BK)ᵀD + D(A - BK) + residual = 0, as long as the residual falls.
+/// Newton's method from a stabilising X: (A - BK)ᵀD + D(A - BK) + residual = 0, as
+/// long as the residual falls.
 void refine(const RiccatiProblem& p, RiccatiSolution& s) {
   constexpr int most_steps = 50;  // near the boundary of stability errors are halved, no more
   Residual now = residual(p, s.X, s.K);
@@ -185,8 +186,8 @@ std::optional<RiccatiSolution> first_solution(const RiccatiProblem& p) {
   return {};
 }
 
-/// R singular, discrete time: any weights give gains that stabilise; the cost of those gains is a start for Newton's
-/// method, which needs R + BᵀXB only (Hewer, IEEE Trans. Autom. Control 16, 1971).
+/// R singular, discrete time: any weights give gains that stabilise; the cost of those gains is a start for
+/// Newton's method, which needs R + BᵀXB only (Hewer, IEEE Trans. Autom. Control 16, 1971).
 std::optional<RiccatiSolution> start_without_weight(const RiccatiProblem& p) {
   RiccatiProblem weighted = p;
   const double size = std::max({p.R.norm(), p.Q.norm() * p.B.squaredNorm(), 1e-300});
@@ -219,8 +220,8 @@ std::optional<RiccatiSolution> start_without_weight(const RiccatiProblem& p) {
 
 namespace {
 
-/// Units of the states, x = D x̃ with powers of two, in which the Hamiltonian matrix [A -G; -H -Aᵀ] is balanced
-/// (Benner, Linear Algebra Appl. 323, 2001: the similarity must be diag(D, D⁻¹)).
+/// Units of the states, x = D x̃ with powers of two, in which the Hamiltonian matrix [A -G; -H -Aᵀ] is
+/// balanced (Benner, Linear Algebra Appl. 323, 2001: the similarity must be diag(D, D⁻¹)).
 Vec units(const RiccatiProblem& p) {
   if (!definite(p.R)) return Vec::Ones(p.A.rows());
   const Reduced r = without_cross_term(p);

@@ -7,8 +7,8 @@
 //   sysid      data, models, estimation, validation
 //   plot       figures
 //
-// A binding reads arguments, calls its layer and pushes results; it computes nothing. What several folders read
-// (inputs, functions to be traced, data sets) is in lua/read.
+// A binding reads arguments, calls its layer and pushes results; it computes nothing. What several folders
+// read (inputs, functions to be traced, data sets) is in lua/read.
 #pragma once
 
 #include <vector>

@@ -9,7 +9,8 @@
 //
 //   extern const Module dae_module = {"dae", "Differential-algebraic equations", {
 //       {"model:reduce", reduce, "sys:reduce([form]) -> model",
-//        R"(Lowers the index to 1 by differentiating the equations that hide constraints. What the derivatives
+//        R"(Lowers the index to 1 by differentiating the equations that hide
+//        constraints. What the derivatives
 //           lose is kept as a condition on the start.)",
 //        R"(
 //          x, y = vars "x y"
@@ -51,8 +52,9 @@ namespace pendula::lua {
 class Call;
 using Function = int (*)(Call&);
 
-/// One option of a function: what reads it, help, the completion of the prompt and error texts know it from this
-/// row. A name that is a number is no option but that argument of the call, a word to choose (reduce "acc").
+/// One option of a function: what reads it, help, the completion of the prompt and error texts
+/// know it from this row. A name that is a number is no option but that argument of the call, a
+/// word to choose (reduce "acc").
 struct OptionRow {
   const char* name;
   const char*
@@ -67,9 +69,9 @@ using OptionTable = std::vector<OptionRow>;
 /// The rows of two tables.
 OptionTable joined(const OptionTable& first, const OptionTable& more);
 
-/// Whether the value at `index` can be of a row's type: "number", "integer", "boolean", "string", "function" and
-/// "expression" are what Lua says (an expression can be a number); all others are tables or objects. What is in
-/// them is for the reader to say.
+/// Whether the value at `index` can be of a row's type: "number", "integer", "boolean", "string", "function"
+/// and "expression" are what Lua says (an expression can be a number); all others are tables or objects. What
+/// is in them is for the reader to say.
 bool admits(std::string_view type, lua_State* L, int index);
 /// Throws where the table at `index` has a key that is no row's name, or a value that no row admits.
 void check_options(lua_State* L, int index, const OptionTable& known);
@@ -180,8 +182,9 @@ class Call {
 
 /// Marks the expressions in an object as used (touch() in expr/graph/graph.hpp).
 using Touch = void (*)(const void* object);
-/// Pushes a userdata that shares ownership of the object (for code outside a Call). It never changes, or forgets
-/// (Remembered) what it has added. Without `touch` it keeps all expressions of the windows of this call.
+/// Pushes a userdata that shares ownership of the object (for code outside a Call). It never
+/// changes, or forgets (Remembered) what it has added. Without `touch` it keeps all
+/// expressions of the windows of this call.
 void push_object(lua_State* L, std::shared_ptr<const void> object, const char* type, Touch touch = nullptr);
 
 /// "a number", "an integer".

@@ -36,8 +36,9 @@ int include_file(lua_State* L) {
   return 1;
 }
 
-/// A function written in Lua. What stands before the colon of a method and the number of arguments are checked.
-/// Upvalues: the function, its name, its signature, the most arguments it takes (-1: not counted yet).
+/// A function written in Lua. What stands before the colon of a method and the number of
+/// arguments are checked. Upvalues: the function, its name, its signature, the most arguments
+/// it takes (-1: not counted yet).
 int function_in_lua(lua_State* L) {
   const std::string_view name = lua_tostring(L, lua_upvalueindex(2));
   const std::size_t colon = name.find(':');

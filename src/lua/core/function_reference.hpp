@@ -5,8 +5,8 @@
 
 namespace pendula::lua {
 
-/// Keeps a Lua function alive through the registry for as long as some callback holds it. Must not outlive the
-/// Lua state; the coroutine that made it may end and be collected before.
+/// Keeps a Lua function alive through the registry for as long as some callback holds it. Must not outlive
+/// the Lua state; the coroutine that made it may end and be collected before.
 class FunctionReference {
  public:
   FunctionReference(lua_State* L, int index);

@@ -24,9 +24,9 @@ class Running {
 /// The innermost Running state, or nullptr.
 lua_State* running_state();
 
-/// Ctrl-C has ended a computation at the prompt, which returns its partial result. The entry that called it continues, to
-/// store or draw that, but starts neither another round of a loop nor another computation of this kind.
-/// level: where the entry stands on the stack. Clears interrupt_requested.
+/// Ctrl-C has ended a computation at the prompt, which returns its partial result. The entry that called it
+/// continues, to store or draw that, but starts neither another round of a loop nor another computation of
+/// this kind. level: where the entry stands on the stack. Clears interrupt_requested.
 void keep_part(lua_State* L, int level = 1);
 /// Throws Interrupted where an earlier part of the same entry was kept.
 void refuse_after_part();

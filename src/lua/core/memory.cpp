@@ -143,9 +143,9 @@ void collect_if_grown(lua_State* L) {
   limit = std::max(256 * MiB, 2 * resident());
 }
 
-/// How many new expressions end a window, and at least how many times those of the largest call. What is remembered is
-/// lost with them, which pays where they are many and each call has made few: one that has made most, of a large model,
-/// would make them again.
+/// How many new expressions end a window, and at least how many times those of the largest call. What is
+/// remembered is lost with them, which pays where they are many and each call has made few: one that has made
+/// most, of a large model, would make them again.
 struct WindowLength {
   std::uint32_t fewest = 1 << 15;  // 10 MB
   std::uint32_t calls = 8;

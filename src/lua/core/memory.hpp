@@ -39,8 +39,8 @@ class Reserve {
 /// A full collection; what it frees goes back to the system.
 void collect(lua_State* L);
 
-/// A call of the library begins, inside which none is: from time to time, gives back the expressions that no value of
-/// Lua refers to any more.
+/// A call of the library begins, inside which none is: from time to time, gives back the expressions that no
+/// value of Lua refers to any more.
 void begin_window_if_grown(lua_State* L);
 
 /// Called whenever an object is handed to Lua. The collector sees only small handles;

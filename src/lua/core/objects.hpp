@@ -1,4 +1,5 @@
-// Objects in Lua: a userdata that shares ownership of an immutable C++ value, and one metatable per type name.
+// Objects in Lua: a userdata that shares ownership of an immutable C++ value, and
+// one metatable per type name.
 //
 //   metatable = {
 //     __name = type, __metatable = type,              -- a script sees getmetatable(object): the type

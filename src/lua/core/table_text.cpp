@@ -136,8 +136,8 @@ std::string cell_text(lua_State* L, int index) {
 
 using Cells = std::vector<std::pair<std::string, std::string>>;  // key and text, by key
 
-/// The cells of a record: { t = 1, values = { x = 2 } } has t and values.x. Nothing where the table at the top is no
-/// record of short values.
+/// The cells of a record: { t = 1, values = { x = 2 } } has t and values.x. Nothing where the table at the
+/// top is no record of short values.
 bool read_record(lua_State* L, const std::string& prefix, Cells& cells) {
   luaL_checkstack(L, 8, nullptr);
   if (!is_plain_table(L, -1) || lua_rawlen(L, -1) > 0) return false;

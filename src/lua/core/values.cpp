@@ -224,8 +224,8 @@ bool is_expression(lua_State* L, int index) {
   }
 }
 
-/// Is there a symbol (π and e are none) or a call in an expression? Remembered by node, as expressions are asked
-/// while they grow.
+/// Is there a symbol (π and e are none) or a call in an expression? Remembered by node, as
+/// expressions are asked while they grow.
 class SymbolsInside : public Remembered {
  public:
   bool operator()(Expr e) {

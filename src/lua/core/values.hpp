@@ -98,8 +98,8 @@ struct SymbolEntry {
   int value;                 ///< absolute stack index while the callback runs
   std::string key() const;   ///< as the user wrote it, for messages
 };
-/// Visits { [x] = …, q = {…}, ["x"] = … } sorted by first leaf. The same leaf twice (in both spellings too)
-/// is an error.
+/// Visits { [x] = …, q = {…}, ["x"] = … } sorted by first leaf. The same leaf twice (in
+/// both spellings too) is an error.
 void each_symbol_entry(lua_State* L, int table, const std::string& what, std::span<const Expr> known,
                        const std::function<void(const SymbolEntry&)>& visit);
 /// The same where a symbol that is not in `known` is refused, as its name would be.
@@ -139,8 +139,8 @@ void begin_session();
 
 /// "x", "x'" or "q3''": a leaf as a user writes it in a string.
 std::string leaf_name(Expr leaf);
-/// Words for an axis: the label if there is one, of a variable of a part its path, else the printed expression;
-/// " [unit]" where the unit is known.
+/// Words for an axis: the label if there is one, of a variable of a part its path, else the printed
+/// expression; " [unit]" where the unit is known.
 std::string label_of(Expr e);
 
 /// Sets the printer's aliases from the user's variables: every global and every local or upvalue of the

@@ -1,6 +1,6 @@
 // The words of a piece of Lua, as far as the prompt and documents need them: where strings and comments end,
-// which words are keywords, what the cursor stands in. It never fails: text that Lua would refuse becomes tokens
-// all the same.
+// which words are keywords, what the cursor stands in. It never fails: text that Lua would
+// refuse becomes tokens all the same.
 #pragma once
 
 #include <cstddef>

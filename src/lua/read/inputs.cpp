@@ -191,7 +191,8 @@ Inputs read_inputs(const Options& options, const dae::Model& model, lua_State* L
   return inputs;
 }
 
-/// Those in the expressions of a value, of the entries of a table, and of what functions return that can be traced.
+/// Those in the expressions of a value, of the entries of a table, and of what
+/// functions return that can be traced.
 static void add_parameters(lua_State* L, int index, bool trace, std::vector<Expr>& found, int depth = 0) {
   constexpr int deepest = 4;  // events: list, event, reset, column; a table may contain itself
   const auto add = [&](const MatX& m) {

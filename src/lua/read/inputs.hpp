@@ -29,7 +29,8 @@ struct Inputs {
 /// mean), wrong sizes, results that are not numbers.
 Inputs read_inputs(const Options& options, const dae::Model& model, lua_State* L);
 
-/// Parameter overrides: params = { m = 2 }. others: names that may be given besides the parameters of the model.
+/// Parameter overrides: params = { m = 2 }. others: names that may be given besides
+/// the parameters of the model.
 dae::ParameterValues read_parameters(lua_State* L, int index, const dae::Model& model,
                                      const std::string& what, std::span<const Expr> others = {});
 /// Parameters in the tables `inputs` and `events` at these indices, which the model need not contain.

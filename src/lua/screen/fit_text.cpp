@@ -43,8 +43,8 @@ bool is_blank(const Line& line, std::size_t i) { return line[i].bytes == " "; }
 
 // ── one line ──
 
-/// Where continuation lines begin: behind the last run of two blanks or more in the first half, else four cells
-/// further in than the line itself.
+/// Where continuation lines begin: behind the last run of two blanks or more in the first half, else four
+/// cells further in than the line itself.
 std::size_t hanging_indent(const Line& line, int columns) {
   std::size_t first = 0;
   while (first < line.size() && is_blank(line, first)) ++first;
@@ -88,8 +88,8 @@ Reading reading_of(const Line& line) {
   return operators > 0 && words < 2 * operators ? Reading::formula : Reading::words;
 }
 
-/// The blank in (from, to) at which the line is best broken: late, outside brackets, in front of an operator of a
-/// formula, not beside one in a sentence; `to` if there is none.
+/// The blank in (from, to) at which the line is best broken: late, outside brackets, in front of an operator
+/// of a formula, not beside one in a sentence; `to` if there is none.
 std::size_t best_break(const Line& line, std::size_t from, std::size_t to, Reading reading) {
   constexpr int per_depth = 12, inside_product = 25;  // cells that a break may come earlier to avoid these
   std::size_t best = to;

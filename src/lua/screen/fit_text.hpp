@@ -6,8 +6,8 @@
 
 namespace pendula::lua {
 
-/// The same text in lines of at most `columns` cells, where that is possible. A column of blanks that many lines
-/// share is where continuation lines begin; wide matrices lose columns in the middle, marked by ⋯.
+/// The same text in lines of at most `columns` cells, where that is possible. A column of blanks that many
+/// lines share is where continuation lines begin; wide matrices lose columns in the middle, marked by ⋯.
 std::string fitted(const std::string& text, int columns);
 
 /// The same text in ASCII, for terminals that show nothing else: θ₁′ becomes theta1', x² x^2.

@@ -12,8 +12,8 @@ namespace pendula::lua {
 /// the value of the line; anywhere else the interrupt goes on and stops the script.
 bool typed_at_prompt(lua_State* L);
 
-/// The level of the stack at which a line typed at the prompt waits for the running function, with functions of the
-/// library alone between them; 0: there is none.
+/// The level of the stack at which a line typed at the prompt waits for the running function, with functions
+/// of the library alone between them; 0: there is none.
 int level_of_prompt(lua_State* L);
 
 /// One line on standard error that tells how far a computation is, written over again and again and gone at

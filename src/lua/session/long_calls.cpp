@@ -42,7 +42,8 @@ int sort(lua_State* L) {
   return call_original(L);
 }
 
-/// to[at + k] = from[first + k], k = 0 … count - 1, in the order that never overwrites what is still to be read.
+/// to[at + k] = from[first + k], k = 0 … count - 1, in the order that never
+/// overwrites what is still to be read.
 void copy_entries(lua_State* L, int from, int to, lua_Integer first, lua_Integer at, lua_Integer count,
                   bool backwards) {
   for (lua_Integer n = 0; n < count; ++n) {

@@ -6,8 +6,8 @@
 
 namespace pendula::lua {
 
-/// The original is upvalue 1, a C function without upvalues of its own: called in this frame, its errors carry
-/// the name under which the user called it.
+/// The original is upvalue 1, a C function without upvalues of its own: called in this frame, its errors
+/// carry the name under which the user called it.
 inline int call_original(lua_State* L) { return lua_tocfunction(L, lua_upvalueindex(1))(L); }
 
 /// After the standard libraries: table.sort, move, insert and remove; string.rep, upper, lower and reverse;

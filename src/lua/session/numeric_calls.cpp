@@ -16,7 +16,8 @@ namespace pendula::lua {
 
 namespace {
 
-/// Replaces the exact number at `index` by a Lua number, whole ones by an integer; false if it is no such number.
+/// Replaces the exact number at `index` by a Lua number, whole ones by an integer;
+/// false if it is no such number.
 bool make_number(lua_State* L, int index) {
   const auto value = constant_at(L, index);
   if (!value) return false;
@@ -74,7 +75,8 @@ bool is_nan(lua_State* L, int index) {
   return lua_type(L, index) == LUA_TNUMBER && std::isnan(lua_tonumber(L, index));
 }
 
-/// string.format(f, …): what %d, %f and their like take becomes a number; %s shows exact values as they print.
+/// string.format(f, …): what %d, %f and their like take becomes a number; %s shows
+/// exact values as they print.
 int numeric_format(lua_State* L) {
   bool objects = false;
   for (int i = 2; i <= lua_gettop(L); ++i) {

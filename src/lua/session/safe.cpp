@@ -78,8 +78,8 @@ int temporary_name(lua_State* L) {
   return 1;
 }
 
-/// Puts a value behind what is there. The lines of a matrix or a model stand under its first one; behind a long
-/// text they begin on a line of their own.
+/// Puts a value behind what is there. The lines of a matrix or a model stand under its first one; behind a
+/// long text they begin on a line of their own.
 void put_beside(std::string& line, std::string_view value, bool blank, bool tall) {
   if (blank) line += ' ';
   const std::size_t last = line.rfind('\n') + 1;  // npos + 1 is 0
@@ -96,8 +96,8 @@ void put_beside(std::string& line, std::string_view value, bool blank, bool tall
   }
 }
 
-/// print(…): values with a blank between them, tables that are lists of results written out; on a terminal what
-/// is no string is fitted to its width.
+/// print(…): values with a blank between them, tables that are lists of results written out; on a terminal
+/// what is no string is fitted to its width.
 int print_values(lua_State* L) {
   const int count = lua_gettop(L);
   std::string line;

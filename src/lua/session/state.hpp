@@ -1,6 +1,6 @@
-// A session: a Lua state with the standard libraries made safe, the vocabulary of all bindings, strict globals
-// and the embedded stdlib; how code runs in it; the test runner. lua/core below knows neither the bindings nor
-// the stdlib's files, and the shell above knows only this folder.
+// A session: a Lua state with the standard libraries made safe, the vocabulary of all bindings, strict
+// globals and the embedded stdlib; how code runs in it; the test runner. lua/core below knows neither the
+// bindings nor the stdlib's files, and the shell above knows only this folder.
 #pragma once
 
 #include <string>
@@ -27,9 +27,9 @@ void look_beside(lua_State* L, const std::string& script);
 /// Pushes what the file stdlib/<name>.lua returns. Throws Error.
 void push_part(lua_State* L, const std::string& name);
 
-/// Runs a tool of the program that is written in Lua: the file stdlib/<name>.lua returns a function, which gets
-/// the arguments as a list. The exit status it returns. Throws Error with the text of what went wrong,
-/// Interrupted after Ctrl-C.
+/// Runs a tool of the program that is written in Lua: the file stdlib/<name>.lua returns a function, which
+/// gets the arguments as a list. The exit status it returns. Throws Error with the text of what went
+/// wrong, Interrupted after Ctrl-C.
 int run_tool(lua_State* L, const std::string& name, const std::vector<std::string>& arguments);
 
 /// Was the error value on top of the stack Ctrl-C?

@@ -75,7 +75,8 @@ int input_file(lua_State* L) {
   return results;
 }
 
-/// Calls the original with the values before `first` and the bytes; true, or false with its results on the stack.
+/// Calls the original with the values before `first` and the bytes; true, or false
+/// with its results on the stack.
 bool write_piece(lua_State* L, int first, std::string_view bytes) {
   const int top = lua_gettop(L);
   lua_pushvalue(L, lua_upvalueindex(1));
@@ -87,8 +88,8 @@ bool write_piece(lua_State* L, int first, std::string_view bytes) {
   return true;
 }
 
-/// io.write(…) and file:write(…): long texts in pieces, so that Ctrl-C ends one that waits for a reader. `first`
-/// is the first text. Upvalue: the original.
+/// io.write(…) and file:write(…): long texts in pieces, so that Ctrl-C ends one that waits for a reader.
+/// `first` is the first text. Upvalue: the original.
 template <int first>
 int write_texts(lua_State* L) {
   const int count = lua_gettop(L);

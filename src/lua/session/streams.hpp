@@ -1,5 +1,5 @@
-// Files that scripts read and write: Ctrl-C ends a read, also of a device that gives bytes for ever or of a pipe
-// that gives none, and a write that waits for a reader.
+// Files that scripts read and write: Ctrl-C ends a read, also of a device that gives bytes for ever or of a
+// pipe that gives none, and a write that waits for a reader.
 #pragma once
 
 #include <lua.hpp>

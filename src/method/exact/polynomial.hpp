@@ -26,8 +26,8 @@ int sign_at(const Polynomial& p, const mpq_class& x);
 /// The product of the square-free factors of odd multiplicity: its real zeros are where p changes sign.
 Polynomial sign_changing_part(const Polynomial& p);
 
-/// The smallest x > 0 where p changes sign, to `digits` decimal digits; nothing if there is none. p(0) may be
-/// 0.
+/// The smallest x > 0 where p changes sign, to `digits` decimal digits; nothing if
+/// there is none. p(0) may be 0.
 std::optional<double> first_sign_change(const Polynomial& p);
 
 /// p(x) ≥ 0 for all x ≥ 0.

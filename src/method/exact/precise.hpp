@@ -27,11 +27,11 @@ class RealMatrix {
   RealVector entries_;
 };
 
-/// The value of an expression of numbers (+ - × ÷, integer powers, sqrt) to `bits` binary digits. Whatever
-/// else it contains (π, cos …, numbers known as doubles only) is taken as a double, and a decimal fraction of
-/// more than 12 digits stands for an irrational number in most published tableaus: `error` becomes the
-/// largest relative error so far, 2⁻⁵³ or half a unit of the last digit. Throws Error unless the expression
-/// is a number.
+/// The value of an expression of numbers (+ - × ÷, integer powers, sqrt) to `bits` binary digits.
+/// Whatever else it contains (π, cos …, numbers known as doubles only) is taken as a double, and a
+/// decimal fraction of more than 12 digits stands for an irrational number in most published tableaus:
+/// `error` becomes the largest relative error so far, 2⁻⁵³ or half a unit of the last digit. Throws Error
+/// unless the expression is a number.
 Real precise_value(Expr e, mp_bitcnt_t bits, double& error);
 
 /// The double nearest to the value; infinite where it is beyond the largest one.

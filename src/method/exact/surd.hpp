@@ -1,6 +1,6 @@
-// Numbers a + b√d with rational a, b: the exact coefficients of most tableaus in textbooks. With one d for a
-// whole tableau they form an ordered field, so determinants, polynomials and signs are decided and not
-// guessed.
+// Numbers a + b√d with rational a, b: the exact coefficients of most tableaus in textbooks.
+// With one d for a whole tableau they form an ordered field, so determinants, polynomials and
+// signs are decided and not guessed.
 #pragma once
 
 #include <optional>
@@ -24,8 +24,8 @@ class Surd {
   long radicand() const { return d_; }  ///< 0 for a rational number
   int sign() const;
 
-  // Both operands lie in the same field: the radicands agree or one is 0. Else Error (a caller checks with
-  // one_field).
+  // Both operands lie in the same field: the radicands agree or one is 0. Else Error (a
+  // caller checks with one_field).
   friend Surd operator+(const Surd& x, const Surd& y);
   friend Surd operator-(const Surd& x, const Surd& y);
   friend Surd operator*(const Surd& x, const Surd& y);

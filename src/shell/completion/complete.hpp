@@ -1,6 +1,6 @@
-// Completion at the prompt: global names and keywords, fields behind a dot, methods behind a colon, options and
-// their values inside a call, file
-// names inside quotes. Looks at values without changing them; what fails or takes long completes to nothing.
+// Completion at the prompt: global names and keywords, fields behind a dot, methods behind a colon, options
+// and their values inside a call, file names inside quotes. Looks at values without changing them; what fails
+// or takes long completes to nothing.
 #pragma once
 
 #include <lua.hpp>

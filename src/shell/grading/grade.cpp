@@ -46,8 +46,8 @@ std::string read(const std::string& path) {
   return text.str();
 }
 
-/// Of a file of its own: a link could lead to another's, or to the teacher's. It is opened once: what is read is what
-/// was looked at.
+/// Of a file of its own: a link could lead to another's, or to the teacher's. It is opened once: what
+/// is read is what was looked at.
 std::string read_submission(const std::string& path) {
   static constexpr std::size_t most = 4 << 20;
   const int file = open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);

@@ -1,8 +1,8 @@
 // pendula grade: submissions against a teacher's tasks.
 //
-// A submission runs confined and hands out its answers as text; another confined process, which has never run a
-// line of it, reads them as data beside the teacher's file and says what is right. One crash or endless loop costs
-// one submission.
+// A submission runs confined and hands out its answers as text; another confined process, which has never
+// run a line of it, reads them as data beside the teacher's file and says what is right. One crash or
+// endless loop costs one submission.
 #pragma once
 
 #include <string>

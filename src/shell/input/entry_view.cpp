@@ -148,8 +148,8 @@ std::string EntryView::show(const Entry& entry, int columns, int window_rows) {
   for (std::size_t i = top_; i < end; ++i) {
     bytes += now.rows[i];
     if (i + 1 < end && !now.wrapped[i]) bytes += "\r\n";
-    // A row that is only wrapped goes on by itself: the terminal knows that both are one line. Before an empty
-    // one a blank has to make it do so.
+    // A row that is only wrapped goes on by itself: the terminal knows that both are one line. Before an
+    // empty one a blank has to make it do so.
     if (i + 1 < end && now.wrapped[i] && now.rows[i + 1].empty()) bytes += " \r\033[K";
   }
   if (const std::size_t below = end - 1 - now.cursor_row; below > 0)

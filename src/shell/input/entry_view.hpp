@@ -19,7 +19,8 @@ struct Entry {
   std::vector<Style> styles;  ///< one per byte of the text, if coloured
 };
 
-/// The rows of the screen that an entry takes, each with its escape sequences for colour, and where the cursor is.
+/// The rows of the screen that an entry takes, each with its escape sequences for
+/// colour, and where the cursor is.
 struct Picture {
   std::vector<std::string> rows;
   std::vector<bool> wrapped;  ///< row i goes on in row i + 1 because the window is full, not at a line break

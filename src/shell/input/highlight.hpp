@@ -15,12 +15,12 @@ enum class Style : char { plain, keyword, string, number, comment, vocabulary, o
 
 using NameLookup = std::function<NameKind(std::string_view name)>;
 
-/// One style per byte of the text. Names behind a dot or colon are members and plain. The bracket at the cursor, or
-/// else the one in front of it, is marked together with its partner.
+/// One style per byte of the text. Names behind a dot or colon are members and plain. The bracket at the
+/// cursor, or else the one in front of it, is marked together with its partner.
 std::vector<Style> highlighted(std::string_view text, std::size_t cursor, const NameLookup& kind);
 
-/// Blanks in front of a line that follows the text: two more than the line that opens the innermost block or
-/// bracket.
+/// Blanks in front of a line that follows the text: two more than the line that opens
+/// the innermost block or bracket.
 std::size_t indentation(std::string_view text);
 
 /// Does the line begin with what closes a block or bracket, or with else?

@@ -1,5 +1,5 @@
-// The entries of a running session in a file of its own, so that a session whose terminal or machine went away
-// can be made again.
+// The entries of a running session in a file of its own, so that a session whose terminal or
+// machine went away can be made again.
 #pragma once
 
 #include <string>

@@ -1,5 +1,6 @@
-// Moving and editing by lines within an entry: readline's own commands know one line only. The text, the cursor
-// and the history are readline's; a function with (count, key) is a command that a key can be bound to.
+// Moving and editing by lines within an entry: readline's own commands know one line only.
+// The text, the cursor and the history are readline's; a function with (count, key) is a
+// command that a key can be bound to.
 #pragma once
 
 #include <cstdio>
@@ -27,8 +28,8 @@ int line_begin(int count, int key);     ///< to the begin of the line
 int kill_to_end(int count, int key);    ///< at the end of a line its line break goes, too
 int kill_to_begin(int count, int key);  ///< what stands before the cursor in its line
 
-/// To the line above; on the first one to the entry before, at the end of its first line, so that the key goes on
-/// through the history and Down goes through the lines.
+/// To the line above; on the first one to the entry before, at the end of its first line, so that the key
+/// goes on through the history and Down goes through the lines.
 int up(int count, int key);
 int down(int count, int key);
 

@@ -25,8 +25,8 @@ class Reader {
  public:
   virtual ~Reader() = default;
 
-  /// Waits for an entry. `pending` is what was typed before on it, "" if nothing was; the text that comes back
-  /// begins with it, as the user has left it, and is not necessarily complete.
+  /// Waits for an entry. `pending` is what was typed before on it, "" if nothing was; the text that comes
+  /// back begins with it, as the user has left it, and is not necessarily complete.
   virtual Line read(const std::string& pending) = 0;
 
   /// Keeps an entry for recall: one history entry, however many lines it has.

@@ -1,7 +1,8 @@
 // Line editing with GNU readline through its callback interface. The plain readline() call swallows
 // characters after Ctrl-C; here signals are let in only inside ppoll(), and a line that Ctrl-C abandons is
-// taken down properly. Readline keeps the text, its keys, the history and the search in it; on terminals whose
-// cursor can go up, what is seen is drawn by EntryView, and an entry of several lines is edited as one block.
+// taken down properly. Readline keeps the text, its keys, the history and the search in it; on
+// terminals whose cursor can go up, what is seen is drawn by EntryView, and an entry of
+// several lines is edited as one block.
 #ifdef PENDULA_READLINE
 
 #include <poll.h>

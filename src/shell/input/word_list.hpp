@@ -13,8 +13,9 @@ struct ListRoom {
   bool coloured;
 };
 
-/// The words in columns, one group below the other: variables of the session, vocabulary, keywords, where `kind` says
-/// which is which; without it all in one. Of more words than rows have room for the last line says how many are left.
+/// The words in columns, one group below the other: variables of the session, vocabulary, keywords,
+/// where `kind` says which is which; without it all in one. Of more words than rows have room for the
+/// last line says how many are left.
 std::string word_list(std::vector<std::string> words, const NameLookup& kind, ListRoom room);
 
 }  // namespace pendula::shell

@@ -33,7 +33,8 @@ void set_limit(__rlimit_resource resource, rlim_t value) {
   setrlimit(resource, &limit);
 }
 
-// The header of Debian 12 ends with version 2 of the interface; the numbers are part of the kernel's interface.
+// The header of Debian 12 ends with version 2 of the interface; the numbers are part
+// of the kernel's interface.
 struct Ruleset {
   std::uint64_t files, network, scope;
 };

@@ -106,8 +106,8 @@ constexpr int allowed[] = {
     SYS_fadvise64,
 };
 
-/// Answered with "not permitted" without a word to the parent: the program asks on its own account. A sweep looks
-/// for processors and worker processes, and does without.
+/// Answered with "not permitted" without a word to the parent: the program asks on its own account. A sweep
+/// looks for processors and worker processes, and does without.
 constexpr int refused_silently[] = {SYS_sched_getaffinity,
                                     SYS_sched_setaffinity,
                                     SYS_prctl,

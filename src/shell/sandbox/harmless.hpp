@@ -1,5 +1,5 @@
-// Text of strangers where people read it: what a terminal would obey, or a reader could not see, is written as Lua
-// would ("\27[2J", "\u{202E}").
+// Text of strangers where people read it: what a terminal would obey, or a reader could not see, is written
+// as Lua would ("\27[2J", "\u{202E}").
 #pragma once
 
 #include <string>
@@ -25,7 +25,8 @@ class Harmless {
 };
 
 std::string harmless(std::string_view text);
-/// As part of a report: its further lines begin with a bar, so that none of them looks like a line of the report.
+/// As part of a report: its further lines begin with a bar, so that none of them
+/// looks like a line of the report.
 std::string harmless_part(std::string_view text);
 
 }  // namespace pendula::shell::sandbox

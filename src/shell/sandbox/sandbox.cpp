@@ -34,8 +34,8 @@ constexpr double start_seconds = 2;  ///< by the clock, on a loaded machine
 constexpr std::size_t longest_report = std::size_t{64} << 20;
 constexpr int report_in_child = 3;
 
-/// A connection that a path cannot reach. CAUTION: no pipe: /proc/self/fd/3 opens a pipe once more, which Landlock
-/// does not refuse, and a script could write its own report; a socket it does not open.
+/// A connection that a path cannot reach. CAUTION: no pipe: /proc/self/fd/3 opens a pipe once more, which
+/// Landlock does not refuse, and a script could write its own report; a socket it does not open.
 class Pipe {
  public:
   Pipe() {

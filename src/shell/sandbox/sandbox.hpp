@@ -1,6 +1,6 @@
-// Running what somebody else has written: in a process of its own that can compute, print, and use one folder at
-// most. The walls are the kernel's: Landlock for files and the network, seccomp for everything that is no file,
-// resource limits, an empty environment, no inherited descriptors.
+// Running what somebody else has written: in a process of its own that can compute, print, and use one folder
+// at most. The walls are the kernel's: Landlock for files and the network, seccomp for everything that is no
+// file, resource limits, an empty environment, no inherited descriptors.
 //
 //   parent   fork ─▶ relays what the child prints, watches time, memory and output, collects reports, kills
 //   child    limits ─▶ prepare() with the files of the library still readable ─▶ confine() ─▶ work()
@@ -61,8 +61,8 @@ using Prepare = std::function<Work(Reporter&)>;
 /// Output of the child: descriptor 1 or 2, bytes.
 using Print = std::function<void(int, const char*, std::size_t)>;
 
-/// Requires empty buffers of stdio. Several threads may call it. Throws Error where the system cannot confine a
-/// process.
+/// Requires empty buffers of stdio. Several threads may call it. Throws Error where the
+/// system cannot confine a process.
 Outcome run(const Limits& limits, const Prepare& prepare, const Print& print);
 
 /// Throws Error: Landlock is not there.

@@ -42,8 +42,8 @@ IdData slice(const IdData& d, Index first, Index last);
 std::pair<IdData, IdData> split(const IdData& d, double fraction);
 
 enum class Trend { mean, line };
-/// Removes the mean or the least-squares line of every signal, missing samples left out. Remembers what was
-/// removed.
+/// Removes the mean or the least-squares line of every signal, missing samples left
+/// out. Remembers what was removed.
 IdData detrend(const IdData& d, Trend trend);
 IdData remove_offsets(const IdData& d, const Vec& y, const Vec& u);
 

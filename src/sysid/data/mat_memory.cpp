@@ -45,8 +45,8 @@ std::uintmax_t inflated_size(std::istream& in, std::uintmax_t packed) {
   return size;
 }
 
-/// Level 5: a header of 128 bytes that ends with its version and the order of bytes; then elements, each with a tag of
-/// type and length ("MAT-File Format", The MathWorks, "Level 5 MAT-Files").
+/// Level 5: a header of 128 bytes that ends with its version and the order of bytes; then elements, each with
+/// a tag of type and length ("MAT-File Format", The MathWorks, "Level 5 MAT-Files").
 constexpr std::streamoff header = 128;
 enum class Order { little, big, not_level_5 };
 

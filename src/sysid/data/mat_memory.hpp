@@ -1,7 +1,7 @@
 // How much memory a MATLAB file can need, and a limit while a library reads it.
 //
-// A file says how long its arrays are, libmatio asks for the memory before it reads, and one damaged byte makes
-// kilobytes gigabytes. What a file holds is at most what its bytes unpack to.
+// A file says how long its arrays are, libmatio asks for the memory before it reads, and one damaged byte
+// makes kilobytes gigabytes. What a file holds is at most what its bytes unpack to.
 #pragma once
 
 #include <cstdint>
@@ -11,9 +11,9 @@
 
 namespace pendula::sysid {
 
-/// Bytes of a MATLAB file, compressed elements of level 5 unpacked, which are read to their end once without being
-/// kept; of files that compress otherwise (7.3) as many as deflate can make of them. Throws Error where the file ends inside an
-/// element, Interrupted.
+/// Bytes of a MATLAB file, compressed elements of level 5 unpacked, which are read to their end once without
+/// being kept; of files that compress otherwise (7.3) as many as deflate can make of them. Throws Error where
+/// the file ends inside an element, Interrupted.
 std::uintmax_t unpacked_size(const std::string& path);
 
 /// While it lives, this process can have so many bytes more than it has: beyond, malloc gives none.

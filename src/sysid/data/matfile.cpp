@@ -119,8 +119,8 @@ Shape shape_of(const matvar_t& v) {
 
 constexpr std::size_t most_full_entries = 10'000'000;  // of a sparse matrix that is made full
 
-/// Compressed columns (jc: where each begins, ir: the rows of its entries) as a full array. Nothing in the file
-/// is trusted.
+/// Compressed columns (jc: where each begins, ir: the rows of its entries) as a full array.
+/// Nothing in the file is trusted.
 std::vector<double> from_sparse(const matvar_t& v, Shape shape) {
   if (shape.size() > most_full_entries)
     throw Error(text("a sparse ", shape.rows, "×", shape.cols, " matrix is too large to be data"));
@@ -261,7 +261,8 @@ NamedMatrices read_here(const std::string& path, std::uintmax_t bytes) {
   return found;
 }
 
-/// In a process of its own, where it can be limited, stopped, and break. Names travel as matrices of their bytes.
+/// In a process of its own, where it can be limited, stopped, and break. Names
+/// travel as matrices of their bytes.
 NamedMatrices read_in_child(const std::string& path, std::uintmax_t bytes) {
   constexpr double always = INFINITY;
   const std::vector<Mat> parts = stoppable(always, [&] {

@@ -26,8 +26,8 @@ void check_levels(double low, double high) {
     throw Error(text("low must be below high, got low = ", rounded(low), ", high = ", rounded(high)));
 }
 
-/// Exponents of primitive polynomials over GF(2), with the order first: the taps of a register of maximum
-/// length.
+/// Exponents of primitive polynomials over GF(2), with the order first: the taps of
+/// a register of maximum length.
 constexpr std::array<std::array<int, 4>, 25> taps = {{{},
                                                       {},
                                                       {2, 1},

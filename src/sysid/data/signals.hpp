@@ -1,5 +1,5 @@
-// Input signals for experiments, and their spectra. All are deterministic: the same call gives the same
-// samples.
+// Input signals for experiments, and their spectra. All are deterministic: the same
+// call gives the same samples.
 #pragma once
 
 #include <optional>
@@ -10,10 +10,10 @@
 
 namespace pendula::sysid {
 
-/// A pseudo-random binary sequence: a shift register of maximum length, period 2^order - 1, whose every bit
-/// is held for `hold` samples (Ljung, System Identification, 2nd ed., §13.3; Golomb, Shift Register
-/// Sequences). Over a period the autocorrelation is 1 and -1/(2^order - 1): persistently exciting of order
-/// 2^order - 1.
+/// A pseudo-random binary sequence: a shift register of maximum length, period 2^order - 1, whose
+/// every bit is held for `hold` samples (Ljung, System Identification, 2nd ed., §13.3; Golomb, Shift
+/// Register Sequences). Over a period the autocorrelation is 1 and -1/(2^order - 1): persistently
+/// exciting of order 2^order - 1.
 struct Prbs {
   int order = 0;  ///< 2 … 24; 0: the shortest register whose period is not below the number of samples
   int hold = 1;
@@ -37,16 +37,16 @@ struct Multisine {
 };
 Vec multisine(long samples, const Multisine& options = {});
 
-/// a cos(2π∫f dt + φ), the frequency f in Hz growing from `from` to `to` over the signal, linearly or
-/// exponentially.
+/// a cos(2π∫f dt + φ), the frequency f in Hz growing from `from` to `to` over the
+/// signal, linearly or exponentially.
 struct Chirp {
   double from = 0, to = 0, Ts = 1, amplitude = 1;
   bool exponential = false;
 };
 Vec chirp(long samples, const Chirp& options);
 
-/// Between low and high with a period in samples; square: `duty` of the period high; sawtooth: rises over
-/// `duty`.
+/// Between low and high with a period in samples; square: `duty` of the period high;
+/// sawtooth: rises over `duty`.
 struct Periodic {
   double period = 0, low = -1, high = 1, duty = 0.5;
 };

@@ -1,5 +1,5 @@
-// Transfer functions in continuous time against sampled data: G(s) = b(s)/a(s) e^{-Ls}, the input constant between
-// samples, y(t) = G u + e (output error).
+// Transfer functions in continuous time against sampled data: G(s) = b(s)/a(s) e^{-Ls}, the input constant
+// between samples, y(t) = G u + e (output error).
 #pragma once
 
 #include "sysid/data/iddata.hpp"
@@ -11,9 +11,9 @@ struct ContinuousModel {
   double delay = 0;
 };
 
-/// The output at the samples, exact: x⁺ = e^{ATs} x + Γ₁ u(k-d-1) + Γ₀ u(k-d), L = (d + f) Ts, with the parts of the
-/// sample before and after the input switches (Åström & Wittenmark, Computer-Controlled Systems, 3rd ed., §3.3).
-/// Before the first sample u is its first value where `settled`, else 0.
+/// The output at the samples, exact: x⁺ = e^{ATs} x + Γ₁ u(k-d-1) + Γ₀ u(k-d), L = (d + f) Ts, with the parts
+/// of the sample before and after the input switches (Åström & Wittenmark, Computer-Controlled Systems, 3rd
+/// ed., §3.3). Before the first sample u is its first value where `settled`, else 0.
 /// requires  den[0] ≠ 0, deg num ≤ deg den (and < where L > 0 is not a multiple of Ts), L ≥ 0
 Vec simulate_held(const ContinuousModel& m, const Vec& u, double Ts, bool settled = false);
 

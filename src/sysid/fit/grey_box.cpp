@@ -60,9 +60,9 @@ Found search(std::vector<Experiment>& experiments, const GreyBoxRequest& r, cons
   return found;
 }
 
-/// The search from the guess, over a sixteenth of every record, then from there over an eighth, …, the whole. Errors of
-/// a phase grow with time: over the whole record an oscillation of the wrong frequency has many minima, over a part of
-/// a period one. Nothing where the model cannot be integrated over a part.
+/// The search from the guess, over a sixteenth of every record, then from there over an eighth, …, the whole.
+/// Errors of a phase grow with time: over the whole record an oscillation of the wrong frequency has many
+/// minima, over a part of a period one. Nothing where the model cannot be integrated over a part.
 std::optional<Found> search_growing(std::vector<Experiment>& experiments, const GreyBoxRequest& r) {
   std::optional<Found> found;
   Vec theta = r.bounds.nearest(r.guess);
@@ -134,7 +134,8 @@ void add_parameter(GreyBoxRequest& r, Expr p, double value, Index owner) {
   r.bounds.upper[n] = std::numeric_limits<double>::infinity();
 }
 
-/// Initial values belong to their experiment: those among the parameters, and those that the start leaves open.
+/// Initial values belong to their experiment: those among the parameters, and those
+/// that the start leaves open.
 GreyBoxRequest complete(const GreyBoxRequest& given) {
   GreyBoxRequest r = given;
   const auto count = given.parameters.size();

@@ -56,13 +56,12 @@ struct GreyBoxFit {
   std::string ending;  ///< of a search that did not converge, in words
   std::string method, form;  ///< of the integration; the reduced form, or ""
 };
-/// Initial values that the start leaves open are estimated too, after the parameters. Without any parameter the model
-/// is simulated and compared.
-/// Where the minimum leaves more than a quarter of the variation of y, the search is repeated over growing parts of the
-/// record.
-/// throws Error for names that are no parameters, sizes, a start that cannot be made; Failure when the model
-/// cannot be integrated at the first guess. Cost: one integration with sensitivities per step.
-/// Several experiments share the parameters; initial values belong to each (the start holds for all).
+/// Initial values that the start leaves open are estimated too, after the parameters. Without any parameter
+/// the model is simulated and compared. Where the minimum leaves more than a quarter of the variation of y,
+/// the search is repeated over growing parts of the record. throws Error for names that are no parameters,
+/// sizes, a start that cannot be made; Failure when the model cannot be integrated at the first guess. Cost:
+/// one integration with sensitivities per step. Several experiments share the parameters; initial values
+/// belong to each (the start holds for all).
 GreyBoxFit fit(const GreyBoxRequest& request);
 
 /// One parameter of a request keeps a value and is no longer sought.

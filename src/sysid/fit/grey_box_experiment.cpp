@@ -13,8 +13,8 @@
 
 namespace pendula::sysid {
 
-/// u(t) from samples at from + k Ts, to the last digit of these times: steps end there, with the value from the left.
-/// Before the first and after the last the nearest one.
+/// u(t) from samples at from + k Ts, to the last digit of these times: steps end there, with the value from
+/// the left. Before the first and after the last the nearest one.
 static integrate::Problem::Input sampled(const Vec& u, double from, double Ts, bool hold) {
   return [u, from, Ts, hold](double t) {
     const auto time = [&](Index k) { return from + static_cast<double>(k) * Ts; };

@@ -1,4 +1,5 @@
-// One experiment of a grey-box fit: its simulation with sensitivities, over the whole record or its first part.
+// One experiment of a grey-box fit: its simulation with sensitivities, over the
+// whole record or its first part.
 #pragma once
 
 #include "sysid/fit/grey_box.hpp"
@@ -16,11 +17,11 @@ class Experiment {
   void shorten(double share);
   /// Does sample k of the data belong to this experiment, and count?
   bool covers(Index k) const { return k >= first_ && k < first_ + static_cast<Index>(times_.size()); }
-  /// States whose initial values the start leaves open, with values to begin with; throws what init says if that is
-  /// not what is wrong with it.
+  /// States whose initial values the start leaves open, with values to begin with; throws what init says if
+  /// that is not what is wrong with it.
   dae::LeafValues open_values(const Vec& theta) const;
-  /// Simulates at θ: the rows of this experiment in values (N×ny), and the gradient of all samples of output j in
-  /// rows j N … . Throws Failure when the model cannot be integrated at θ.
+  /// Simulates at θ: the rows of this experiment in values (N×ny), and the gradient of all samples of output
+  /// j in rows j N … . Throws Failure when the model cannot be integrated at θ.
   void run(const Vec& theta, Mat& values, Mat& J);
 
   std::string form, method;  ///< the reduced form, if any; the method of the last run

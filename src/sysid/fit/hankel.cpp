@@ -36,8 +36,8 @@ long double dot(const double* a, const double* b, Index n) {
   return sum;
 }
 
-/// Moments Σ s(t+k) s(t+l)ᵀ of one experiment over all windows: S_kᵀ S_l with S_k = rows k … k+windows-1. The first
-/// block row by sums, the others by S_{k+1}ᵀ S_{l+1} = S_kᵀ S_l + s_{last}… - s_{first}….
+/// Moments Σ s(t+k) s(t+l)ᵀ of one experiment over all windows: S_kᵀ S_l with S_k = rows k … k+windows-1. The
+/// first block row by sums, the others by S_{k+1}ᵀ S_{l+1} = S_kᵀ S_l + s_{last}… - s_{first}….
 LongMat moments(const Mat& s, Index blocks, Index windows) {
   const Index c = s.cols();
   LongMat G(blocks * c, blocks * c);
@@ -57,8 +57,8 @@ LongMat moments(const Mat& s, Index blocks, Index windows) {
   return G;
 }
 
-/// Nothing where the factor would have lost digits: an entry r of the diagonal, relative to the norm of its column,
-/// carries the relative error u/r² with u ≈ 1e-17 of the sums above.
+/// Nothing where the factor would have lost digits: an entry r of the diagonal, relative to the norm of its
+/// column, carries the relative error u/r² with u ≈ 1e-17 of the sums above.
 std::optional<Mat> cholesky(const LongMat& G) {
   const auto scale = G.diagonal().cwiseSqrt().eval();
   if (!(scale.minCoeff() > 0)) return std::nullopt;

@@ -27,8 +27,8 @@ struct OrderScan {
 };
 /// All ARX models na × nb × nk on the rows that the largest one can use; one factorisation of the largest
 /// regressor, then a small one per model. Several inputs share nb and nk; several outputs share na, feed each
-/// other, and are judged by det(EᵀE/N) and the mean fit. criterion: "fpe", "aic", "bic", "fit" (validation). Where it
-/// pays, worker processes make the models; the result does not depend on them.
+/// other, and are judged by det(EᵀE/N) and the mean fit. criterion: "fpe", "aic", "bic", "fit" (validation).
+/// Where it pays, worker processes make the models; the result does not depend on them.
 OrderScan order_scan(const IdData& e, const IdData* v, Range na, Range nb, Range nk,
                      const std::string& criterion, const integrate::Labour& labour = {});
 std::string describe(const OrderScan& s);

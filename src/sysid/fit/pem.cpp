@@ -153,8 +153,8 @@ PredictionErrors evaluate(const std::vector<Part>& parts, const Orders& orders, 
   return out;
 }
 
-/// ε and its gradient where samples of y are missing: the whitened errors of the Kalman filter, scaled so that
-/// their sum of squares is the likelihood with its variance eliminated.
+/// ε and its gradient where samples of y are missing: the whitened errors of the Kalman filter, scaled so
+/// that their sum of squares is the likelihood with its variance eliminated.
 PredictionErrors evaluate_with_gaps(const std::vector<Part>& parts, const Orders& orders, const Vec& theta,
                                     InitialCondition start) {
   double unit = 1;

@@ -13,9 +13,9 @@
 
 namespace pendula::sysid {
 
-/// ε and its gradient at θ, one experiment after the other. InitialCondition::estimate adds the response to an unknown
-/// initial state (impulses in the first memory() rows through 1/(C F)), fitted by linear least squares at
-/// every θ; its effect is projected out of the gradient (Kaufman, BIT 15, 1975).
+/// ε and its gradient at θ, one experiment after the other. InitialCondition::estimate adds the response to
+/// an unknown initial state (impulses in the first memory() rows through 1/(C F)), fitted by linear least
+/// squares at every θ; its effect is projected out of the gradient (Kaufman, BIT 15, 1975).
 struct PredictionErrors {
   Vec e;
   Mat J;                 ///< N×d
@@ -34,15 +34,15 @@ struct PemOptions {
   int iterations = 200;
   std::optional<Vec> theta;  ///< where to begin; otherwise from linear estimates
 };
-/// kind: for the heading. Missing samples of y are bridged by a Kalman filter (ic = "drop" then estimates, too).
-/// throws Error on missing inputs, Failure when the search cannot begin.
-/// Cost per iteration: N (filters + d²).
+/// kind: for the heading. Missing samples of y are bridged by a Kalman filter (ic = "drop" then
+/// estimates, too). throws Error on missing inputs, Failure when the search cannot begin. Cost
+/// per iteration: N (filters + d²).
 PolyModel pem(const IdData& d, Index output, const Orders& orders, const std::string& kind,
               const PemOptions& options);
 
-/// Maximum likelihood for a density of ε with values for every e: Gaussian, Laplace, user. Asymptotic
-/// covariance (I JᵀJ)⁻¹ with the Fisher information I of one sample. Throws Error for uniform and exponential
-/// noise.
+/// Maximum likelihood for a density of ε with values for every e: Gaussian, Laplace, user.
+/// Asymptotic covariance (I JᵀJ)⁻¹ with the Fisher information I of one sample. Throws Error for
+/// uniform and exponential noise.
 PolyModel pem(const IdData& d, Index output, const Orders& orders, const std::string& kind,
               const PemOptions& options, const Density& density);
 

@@ -79,7 +79,8 @@ class Recursion {
           const Index s = t - p_.terms[fed_back_[j]].lag;
           if (s >= begin) slope.col(t) += out[n + 1 + j] * slope.col(s);
         }
-        // Rows must not depend on θ, or the fewest rows would be the least sum: in nonlinear predictors data decide.
+        // Rows must not depend on θ, or the fewest rows would be the least sum: in
+        // nonlinear predictors data decide.
         const bool usable =
             p_.recursive || (p_.linear ? std::isfinite(all[t]) : known(in.data() + n, p_.terms.size()));
         if (std::isfinite(d_.y(t, 0)) && usable) rows.push_back(t);
@@ -129,7 +130,8 @@ LeastSquares linearised(const Mat& J, const Vec& e) {
   return solve_triangular(pendula::triangular_factor(J, e).R(), e.size());
 }
 
-/// Minimises ½‖y - ŷ(θ)‖² from theta; e, J and yhat belong to the minimum, one row of `iterates` to each point on the way.
+/// Minimises ½‖y - ŷ(θ)‖² from theta; e, J and yhat belong to the minimum, one row of
+/// `iterates` to each point on the way.
 Minimum search(Recursion& recursion, Vec& theta, Vec& e, Mat& J, Vec& yhat, Mat& iterates) {
   const auto loss = [&](Vec& at) -> std::optional<QuadraticModel> {
     recursion.run(at, e, J, yhat);

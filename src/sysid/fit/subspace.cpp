@@ -133,8 +133,8 @@ void check_size(const IdData& d, Index i, int order) {
                      " block rows: ", need + 2 * i - 1, " are needed; lower the order or the horizon"));
 }
 
-/// K from the residuals of x̂(t+1) and y(t) given x̂(t) and u(t), where x̂(t) = L w_p(t); w_p(t+1) is w_p(t) after
-/// u(t) and y(t), without the oldest.
+/// K from the residuals of x̂(t+1) and y(t) given x̂(t) and u(t), where x̂(t) = L w_p(t); w_p(t+1) is w_p(t)
+/// after u(t) and y(t), without the oldest.
 Mat noise_gain(const Hankel& h, const Mat& A, const Mat& C, const Mat& L) {
   const Index n = A.rows(), m = h.inputs, p = h.outputs, past = h.past();
   Mat S(h.shorter.rows(), past + m + p);  // [w_p u y]

@@ -1,6 +1,6 @@
-// Were the data taken in closed loop? Residuals of a long ARX model are the innovations whatever the loop; in open loop
-// they know nothing of later inputs (Ljung, 2nd ed., §13.4). Inputs are made white first: correlations with what is new
-// in them are independent from lag to lag, so that N Σ r² is χ² distributed.
+// Were the data taken in closed loop? Residuals of a long ARX model are the innovations whatever the loop; in
+// open loop they know nothing of later inputs (Ljung, 2nd ed., §13.4). Inputs are made white first:
+// correlations with what is new in them are independent from lag to lag, so that N Σ r² is χ² distributed.
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -12,8 +12,8 @@ namespace {
 constexpr int order = 10;  // of the models of y and of u
 constexpr Index lags = 25;
 
-/// u(t) less its prediction from the last samples, 0 at the first ones; empty where u is predictable to rounding or
-/// nearly so (a sine, a sweep): it then says nothing.
+/// u(t) less its prediction from the last samples, 0 at the first ones; empty where u is predictable to
+/// rounding or nearly so (a sine, a sweep): it then says nothing.
 Vec innovations(Vec u) {
   u.array() -= u.mean();
   const Index rows = u.size() - order;

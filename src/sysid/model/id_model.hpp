@@ -37,8 +37,8 @@ PolyModel arx(const IdData& d, Index output, const Orders& orders, InitialCondit
 /// The responses of all outputs; the simulation of a coupled model feeds simulated outputs to each other.
 std::vector<Response> predict(const IdModel& m, const IdData& d, Index horizon, Seed seed);
 
-/// The model with other parameters, outputs one after the other; of a state-space model the entries of A, B, C, D
-/// (with feedthrough) and K (unless it is 0), column by column. Throws Error on a wrong size.
+/// The model with other parameters, outputs one after the other; of a state-space model the entries of A, B,
+/// C, D (with feedthrough) and K (unless it is 0), column by column. Throws Error on a wrong size.
 IdModel with_parameters(const IdModel& m, const Vec& theta);
 /// θ in that order.
 Vec all_parameters(const IdModel& m);

@@ -36,7 +36,8 @@ std::pair<double, double> mean_and_deviation(const Eigen::Ref<const Vec>& x) {
 
 std::vector<std::string> offsets_in(const IdData& d, Index output) {
   const auto [mean, deviation] = mean_and_deviation(d.y.col(output));
-  // Three deviations: a signal around 0 does not come there. One that begins at 0 (a step response) needs no offset.
+  // Three deviations: a signal around 0 does not come there. One that begins at 0 (a
+  // step response) needs no offset.
   double nearest = std::abs(mean);
   for (const double v : d.y.col(output))
     if (std::isfinite(v)) nearest = std::min(nearest, std::copysign(1, mean) * v);

@@ -2,9 +2,10 @@
 //
 //   x⁺ = A x + B u + K e,  y = C x + D u + e,  E e eᵀ = Λ.
 //
-// Given the past, x is known as long as every y is measured. Where one is missing its innovation stays unknown,
-// the covariance P of x grows by K Λ Kᵀ, and the gain is that of the time-varying filter until P has died out
-// (Jones, Technometrics 22(3), 1980; Harvey, Forecasting, Structural Time Series Models, 1989, §3.4.7).
+// Given the past, x is known as long as every y is measured. Where one is missing its innovation
+// stays unknown, the covariance P of x grows by K Λ Kᵀ, and the gain is that of the time-varying
+// filter until P has died out (Jones, Technometrics 22(3), 1980; Harvey, Forecasting, Structural
+// Time Series Models, 1989, §3.4.7).
 #pragma once
 
 #include "sysid/model/state_space.hpp"

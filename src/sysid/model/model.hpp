@@ -86,15 +86,16 @@ Vec parameters_of(const Polynomials& p, const Orders& orders);
 std::vector<std::string> parameter_names(const Orders& orders, const std::vector<std::string>& u_names);
 Orders orders_of(const Polynomials& p);
 
-/// ARX and FIR by linear least squares. Fewer rows than parameters is a rank report. Throws Error if no row
-/// is usable.
+/// ARX and FIR by linear least squares. Fewer rows than parameters is a rank report.
+/// Throws Error if no row is usable.
 PolyModel arx(const IdData& d, Index output, const Orders& orders, InitialCondition start);
 
 /// Sentences: which input excites too little, what the structure of the null space says (feedback, orders too
 /// high for exact data), what is missing, and what to change.
 std::vector<std::string> why_not_identifiable(const IdData& d, const PolyModel& m, Index rows);
 
-/// "y has the mean 97 and deviates by 3 …": offsets that the model has no term for, unless detrend was called.
+/// "y has the mean 97 and deviates by 3 …": offsets that the model has no term for,
+/// unless detrend was called.
 std::vector<std::string> offsets_in(const IdData& d, Index output);
 
 // ── using a model ──

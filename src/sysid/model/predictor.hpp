@@ -43,8 +43,8 @@ struct SymbolicPolynomials {
   Polynomials values() const;  ///< requires numeric()
   std::string class_name() const;
 };
-/// From H ŷ = G u + (H - 1) y with G_i = B_i/(A F_i), H = C/(A D) (Ljung §3.2, §4.2), multiplied by A D F, F = Π
-/// F_i:
+/// From H ŷ = G u + (H - 1) y with G_i = B_i/(A F_i), H = C/(A D) (Ljung §3.2, §4.2),
+/// multiplied by A D F, F = Π F_i:
 ///   C F ŷ = Σ D B_i (F/F_i) u_i + F (C - A D) y.
 Predictor predictor(const SymbolicPolynomials& p, const std::vector<std::string>& inputs);
 /// The equation above in words, before its coefficients are written out.

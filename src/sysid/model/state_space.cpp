@@ -126,8 +126,9 @@ std::vector<Response> predict(const StateSpaceModel& m, const IdData& d, Index h
 
 namespace {
 
-/// Regressors of the one-step errors in B, D, x0, and what is left of y, row by row. With z_jk the response of
-/// (qI - Fᵀ)⁻¹ Cᵀ to input k at output j, the response of y_j to B is zᵀ, to D it is u - zᵀ K, to x0 it is C Fᵗ.
+/// Regressors of the one-step errors in B, D, x0, and what is left of y, row by row. With z_jk
+/// the response of (qI - Fᵀ)⁻¹ Cᵀ to input k at output j, the response of y_j to B is zᵀ, to D it
+/// is u - zᵀ K, to x0 it is C Fᵗ.
 class InputRegression {
  public:
   InputRegression(const StateSpaceModel& m, const IdData& d)

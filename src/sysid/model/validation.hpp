@@ -39,9 +39,9 @@ std::string describe(const Validation& v);
 /// "u: 3 of 25 correlations outside ±0.1": of residuals and later inputs.
 std::string later_inputs_text(const Validation& v);
 
-/// "u: χ² = 83 on 25 degrees of freedom": of residuals of a long ARX model and what is new in later inputs, where chance
-/// explains it in less than 0.1 % of the cases: y may be fed back to u. Nothing ("") otherwise, and where a record is
-/// too short or has gaps. Cost: one ARX fit.
+/// "u: χ² = 83 on 25 degrees of freedom": of residuals of a long ARX model and what is new in later inputs,
+/// where chance explains it in less than 0.1 % of the cases: y may be fed back to u. Nothing ("") otherwise,
+/// and where a record is too short or has gaps. Cost: one ARX fit.
 std::string feedback_in(const IdData& d, Index output);
 /// The same as a warning that ends in what it means for an estimate.
 std::string feedback_warning(const IdData& d, Index output, const std::string& consequence);

@@ -36,11 +36,11 @@ struct Regression {
   std::vector<Index> sample;
 };
 
-/// One maximum-likelihood estimate. gaussian: least squares, cov = σ²(ΦᵀΦ)⁻¹. laplace, b: least absolute
-/// deviations, asymptotic cov = b²(ΦᵀΦ)⁻¹ (Fisher information 1/b² per sample). exponential, e ≥ 0: the
-/// linear program min Σ e; the estimate sits in a corner and converges like 1/N, so that no standard
-/// deviation is given. user: damped Newton from the least-squares estimate; cov = the inverse Hessian of -ln
-/// L.
+/// One maximum-likelihood estimate. gaussian: least squares, cov = σ²(ΦᵀΦ)⁻¹. laplace, b: least
+/// absolute deviations, asymptotic cov = b²(ΦᵀΦ)⁻¹ (Fisher information 1/b² per sample).
+/// exponential, e ≥ 0: the linear program min Σ e; the estimate sits in a corner and converges like
+/// 1/N, so that no standard deviation is given. user: damped Newton from the least-squares estimate;
+/// cov = the inverse Hessian of -ln L.
 struct LikelihoodFit {
   Vec theta;
   Mat covariance;    ///< empty: none

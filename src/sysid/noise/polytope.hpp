@@ -40,14 +40,16 @@ struct Polytope {
   bool empty() const { return vertices.rows() == 0; }
 };
 
-/// Requires full column rank (Error otherwise). Cost: about vertices·rows·d. Throws Failure above 200000
-/// vertices.
+/// Requires full column rank (Error otherwise). Cost: about vertices·rows·d. Throws
+/// Failure above 200000 vertices.
 Polytope polytope(const FeasibleSet& s, const std::optional<ExactStrips>& exact = {});
 
-/// By simple_volume() where it applies, else from the volumes of faces; throws Failure where these are too many.
+/// By simple_volume() where it applies, else from the volumes of faces; throws
+/// Failure where these are too many.
 double volume(const FeasibleSet& s, const Polytope& p);
-/// Where every vertex lies on exactly d constraints (else nothing, or where it is flat): in more digits than doubles
-/// have, so that the result is right to rounding of the data. Cost: d³ operations of 256 bits for each vertex.
+/// Where every vertex lies on exactly d constraints (else nothing, or where it is flat): in more
+/// digits than doubles have, so that the result is right to rounding of the data. Cost: d³
+/// operations of 256 bits for each vertex.
 /// see    Lawrence, Math. Comp. 57, 1991
 std::optional<double> simple_volume(const FeasibleSet& s, const Polytope& p);
 /// The same in rational numbers. Requires exact vertices.
@@ -60,8 +62,8 @@ struct Ball {
 /// The largest ball inside (Chebyshev centre), from the constraints active at some vertex.
 Ball largest_ball(const FeasibleSet& s, const Polytope& p);
 
-/// The smallest γ for which {|mid_t - φᵀθ| ≤ γ} is not empty, one θ that attains it, and the rows that
-/// decide.
+/// The smallest γ for which {|mid_t - φᵀθ| ≤ γ} is not empty, one θ that attains it,
+/// and the rows that decide.
 struct SmallestBound {
   double bound = 0;
   Vec theta;
@@ -69,8 +71,8 @@ struct SmallestBound {
 };
 SmallestBound smallest_bound(const Mat& Phi, const Vec& mid);
 
-/// [min θ_i, max θ_i]; infinite where unbounded. Linear programs: also for rank-deficient Φ. Requires
-/// feasible.
+/// [min θ_i, max θ_i]; infinite where unbounded. Linear programs: also for
+/// rank-deficient Φ. Requires feasible.
 Mat intervals(const FeasibleSet& s);
 
 }  // namespace pendula::sysid

@@ -64,8 +64,8 @@ std::vector<VertexSet> facets_of_face(const VertexSet& face, const std::vector<V
   return {distinct.begin(), distinct.end()};
 }
 
-/// Splits a polytope into simplices that share an apex at every level and hands each to `visit` (d + 1
-/// vertices).
+/// Splits a polytope into simplices that share an apex at every level and hands each
+/// to `visit` (d + 1 vertices).
 template <class Visit>
 class Splitter {
  public:
@@ -100,9 +100,9 @@ class Splitter {
   long calls_ = 0;
 };
 
-/// Volumes of faces from those of their facets, V = Σ height · V(facet) / dimension over the facets that do not hold
-/// the apex; a face that several others share is computed once (Büeler, Enge & Fukuda, in: Polytopes – Combinatorics
-/// and Computation, 2000, §3).
+/// Volumes of faces from those of their facets, V = Σ height · V(facet) / dimension over the facets that do
+/// not hold the apex; a face that several others share is computed once (Büeler, Enge & Fukuda, in: Polytopes
+/// – Combinatorics and Computation, 2000, §3).
 class FaceVolumes {
  public:
   explicit FaceVolumes(const Mat& vertices) : x_(vertices.transpose()) {}

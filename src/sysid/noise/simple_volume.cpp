@@ -1,5 +1,5 @@
-// The volume of a simple polytope {θ : g_iᵀθ ≤ h_i} from its vertices alone: with any c that is not orthogonal to an
-// edge and c = G_vᵀγ at the vertex v, where G_v has the rows of the d facets there,
+// The volume of a simple polytope {θ : g_iᵀθ ≤ h_i} from its vertices alone: with any c that is not
+// orthogonal to an edge and c = G_vᵀγ at the vertex v, where G_v has the rows of the d facets there,
 //   vol = Σ_v (cᵀv)ᵈ / (d! |det G_v| Π γ_i)                       Lawrence, Math. Comp. 57, 1991.
 // The terms cancel; what that costs is seen at the end, and paid in digits.
 #include <array>
@@ -15,7 +15,8 @@ namespace {
 
 using Real = mpf_class;
 
-/// Solves Gᵀγ = c by elimination with pivots; G and c are overwritten, c becomes γ. Returns |det G|, 0 if singular.
+/// Solves Gᵀγ = c by elimination with pivots; G and c are overwritten, c becomes γ.
+/// Returns |det G|, 0 if singular.
 class Corner {
  public:
   Corner(Index d, mp_bitcnt_t bits)

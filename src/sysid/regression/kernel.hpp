@@ -1,7 +1,7 @@
 // Regularised least squares for impulse responses: a prior that they are smooth and decay (Pillonetto & De
-// Nicolao, Automatica 46(1), 2010; Chen, Ohlsson & Ljung, Automatica 48(8), 2012), whose hyperparameters maximise
-// the marginal likelihood (empirical Bayes), computed from the triangular factor of [Φ y] (Chen & Ljung,
-// Automatica 49(7), 2013).
+// Nicolao, Automatica 46(1), 2010; Chen, Ohlsson & Ljung, Automatica 48(8), 2012), whose hyperparameters
+// maximise the marginal likelihood (empirical Bayes), computed from the triangular factor of [Φ y] (Chen &
+// Ljung, Automatica 49(7), 2013).
 //
 //   θ ~ N(0, σ² P),  P = blockdiag over groups of κ K(λ, ρ),  y | θ ~ N(Φθ, σ² I)
 //   TC: K_ij = λ^max(i,j)          DC: K_ij = λ^((i+j)/2) ρ^|i-j|

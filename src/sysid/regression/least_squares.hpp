@@ -29,8 +29,8 @@ struct LeastSquares {
 /// the relative accuracy of the columns, if that is worse.
 LeastSquares solve_triangular(const Mat& R, Index rows, double accuracy = 0);
 
-/// min (Aθ - y)ᵀ S⁻¹ (Aθ - y) (docs/derivations.md#regression). weights: S = diag(1/w); covariance: S, symmetric positive
-/// definite (n×n, or n×1 for its diagonal).
+/// min (Aθ - y)ᵀ S⁻¹ (Aθ - y) (docs/derivations.md#regression). weights: S = diag(1/w); covariance: S,
+/// symmetric positive definite (n×n, or n×1 for its diagonal).
 struct Weighting {
   Vec weights;
   Mat covariance;

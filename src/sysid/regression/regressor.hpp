@@ -26,8 +26,8 @@ struct Orders {
 /// throws Error on negative orders and on lists whose length is not the number of inputs.
 Orders checked(Orders orders, const IdData& d);
 
-/// Rows first..last-1 of the data; samples before `begin` belong to no measurement (or to another
-/// experiment).
+/// Rows first..last-1 of the data; samples before `begin` belong to no measurement
+/// (or to another experiment).
 struct RowRange {
   Index first, last, begin;
 };

@@ -11,8 +11,8 @@ namespace {
 
 constexpr Index block_rows = 1024;
 
-/// A sum carried in twice the working precision (Ogita, Rump & Oishi, SIAM J. Sci. Comput. 26(6), 2005,
-/// Sum2).
+/// A sum carried in twice the working precision (Ogita, Rump & Oishi, SIAM J. Sci.
+/// Comput. 26(6), 2005, Sum2).
 struct Sum {
   double high = 0, low = 0;
   void add(double x) {

@@ -19,8 +19,8 @@ using namespace pendula::test;
 
 namespace {
 
-/// Cells v₁ … vₙ with vₖ′ = wₖ - 2 vₖ + wₖ₊₁ (the last: wₙ - vₙ) and 0 = vₖ₋₁ + vₖ - 2 wₖ - wₖ³; v₀ =
-/// `source`.
+/// Cells v₁ … vₙ with vₖ′ = wₖ - 2 vₖ + wₖ₊₁ (the last: wₙ - vₙ) and
+/// 0 = vₖ₋₁ + vₖ - 2 wₖ - wₖ³; v₀ = `source`.
 ProblemPtr ladder(int cells, Expr source) {
   dae::FirstOrder model;
   for (int k = 1; k <= cells; ++k) {

@@ -1,4 +1,5 @@
-// Dense, straight-line and KLU: one solution, whichever factorisation is taken, and pivots that are chosen again.
+// Dense, straight-line and KLU: one solution, whichever factorisation is taken, and
+// pivots that are chosen again.
 #include "integrate/solve/linear_solver.hpp"
 
 #include <random>

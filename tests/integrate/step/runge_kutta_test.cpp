@@ -41,8 +41,8 @@ TEST_CASE("engine: published end values of x' = -2x and of the Van der Pol oscil
   const auto final = [&](const TableauPtr& rk) {
     return end_state(decay, rk, start(vector({1})), 2, 0.1)[0];
   };
-  // 20 steps, each one rounding of a number that shrinks: the printed digits (16 decimals, 14 for Gauss) are
-  // exact.
+  // 20 steps, each one rounding of a number that shrinks: the printed digits (16
+  // decimals, 14 for Gauss) are exact.
   CHECK(std::fabs(final(euler()) - 0.0115292150460685) <= 5.1e-17);
   CHECK(std::fabs(final(drawn("0 | \n 1/2 | 1/2 \n | 0 1")) - 0.0188919613181312) <= 5.1e-17);
   CHECK(std::fabs(final(rk4()) - 0.0183167933693744) <= 5.1e-17);
@@ -259,8 +259,8 @@ TEST_CASE("failures: a model of index above 1 is refused by the names of its var
   const SolutionPtr reduced =
       integrate::integrate(problem(pendulum3d()), share(gauss(4)), pendulum_start(), plan(0.1, 0.01));
   CHECK(solution->status() == "finished");
-  // Hairer & Wanner II, Table VII.4.1: velocities of order s = 3, multipliers of order s - 1 = 2; constants
-  // below 100.
+  // Hairer & Wanner II, Table VII.4.1: velocities of order s = 3, multipliers of order
+  // s - 1 = 2; constants below 100.
   CHECK((solution->final().x - reduced->final().x).cwiseAbs().maxCoeff() <= 1e-7);
   CHECK(std::fabs(solution->final().z[0] - reduced->final().z[0]) <= 1e-4);
   CHECK_THROWS_WITH_AS(integrate::integrate(problem(index3), rk4(), from, direct),

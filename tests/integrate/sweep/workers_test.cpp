@@ -1,5 +1,5 @@
-// Worker processes: every task is done once, failures and dead workers are told apart, an interrupt keeps
-// what is done.
+// Worker processes: every task is done once, failures and dead workers are told apart,
+// an interrupt keeps what is done.
 #include "integrate/sweep/workers.hpp"
 
 #include <atomic>

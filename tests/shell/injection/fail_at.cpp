@@ -1,6 +1,6 @@
-// A library to be preloaded (LD_PRELOAD): call number FAIL_AT of one kind fails, once or, with FAIL_ON=1, for good.
-// FAIL_CALL is alloc, write, open, mmap, fork or rename. Calls count from main() on. Without FAIL_AT nothing fails;
-// with FAIL_COUNT=file the number of calls is written there at the end.
+// A library to be preloaded (LD_PRELOAD): call number FAIL_AT of one kind fails, once or, with FAIL_ON=1, for
+// good. FAIL_CALL is alloc, write, open, mmap, fork or rename. Calls count from main() on. Without FAIL_AT
+// nothing fails; with FAIL_COUNT=file the number of calls is written there at the end.
 #include <cerrno>
 #include <cstdarg>
 #include <cstdio>

@@ -34,8 +34,8 @@ void ChoiceMonitor::start(const Point& point) {
   for (std::size_t i = 0; i < g_.size(); ++i) seen_[i].largest = std::fabs(g_[i]);
 }
 
-/// By how much a guard changes with an error of one state that the tolerances allow, x′ and z solved for; infinite where
-/// the equations have no solution then.
+/// By how much a guard changes with an error of one state that the tolerances allow, x′ and z solved for;
+/// infinite where the equations have no solution then.
 std::vector<double> ChoiceMonitor::uncertainties(const Point& point, const std::vector<double>& g) {
   if (!solver_) solver_ = std::make_unique<RhsSolver>(problem_, ignored_);
   std::vector<double> largest(g.size(), 0);

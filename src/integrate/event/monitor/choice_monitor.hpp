@@ -1,7 +1,8 @@
 // A form's choice of states that degenerates without a change of sign.
 //
-// Form "array" of a pendulum may take y and v_y as states. On the way down x → 0, where they no longer determine x: a
-// run does not pass that point but comes to rest at it, at a distance that its tolerances hide, and loses the energy.
+// Form "array" of a pendulum may take y and v_y as states. On the way down x → 0, where they no longer
+// determine x: a run does not pass that point but comes to rest at it, at a distance that its
+// tolerances hide, and loses the energy.
 #pragma once
 
 #include <memory>

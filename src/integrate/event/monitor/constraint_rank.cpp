@@ -39,8 +39,9 @@ void ConstraintRank::start(const Point& point) {
   first_ = largest_ = last_.size;
 }
 
-/// Columns longer than the median are divided by their length beside it: light bodies would turn G quickly and be looked
-/// at often, though they do not make it lose its rank. Shorter ones stay: they may be 0 at the start.
+/// Columns longer than the median are divided by their length beside it: light bodies would turn
+/// G quickly and be looked at often, though they do not make it lose its rank. Shorter ones
+/// stay: they may be 0 at the start.
 void ConstraintRank::even_out(std::vector<double>& units, const Point& point) {
   const auto& matrix = block_.block().gradients;
   gradients_(block_.values(point), numbers_.data());
@@ -184,7 +185,8 @@ double ConstraintRank::reversal(double low, double high, int halvings, const Loo
   return low + (high - low) / 2;
 }
 
-/// w reverses: where it passes 0, if it does (near a point of dependent rows it turns quickly, and keeps its length).
+/// w reverses: where it passes 0, if it does (near a point of dependent rows it turns
+/// quickly, and keeps its length).
 std::optional<Stop> ConstraintRank::narrow(const Look& from, const Look& to, const SolutionBetween& between,
                                            const SolutionBetween& nearby) {
   Look at;
@@ -201,9 +203,10 @@ std::optional<Stop> ConstraintRank::narrow(const Look& from, const Look& to, con
               last_.t};
 }
 
-/// Where no masses are known, gradients of angles and of lengths in micrometres cannot be compared: beside 10⁶ a 1 looks
-/// like 0. In the sizes of the unknowns it is small only where the rank is lost. They are not asked before: they are
-/// rough, and would turn the smallest combination of several so that a passage through 0 is missed.
+/// Where no masses are known, gradients of angles and of lengths in micrometres cannot be compared:
+/// beside 10⁶ a 1 looks like 0. In the sizes of the unknowns it is small only where the rank is lost.
+/// They are not asked before: they are rough, and would turn the smallest combination of several so that
+/// a passage through 0 is missed.
 bool ConstraintRank::is_lost_in_units(double t, double before, const SolutionBetween& between) const {
   constexpr double small = 0.1;  // beside its size before: at a passage 3e-3 and less, else near 1
   const std::vector<double> units = unit_.empty() ? block_.units_by_size() : std::vector<double>();

@@ -15,8 +15,8 @@ namespace pendula::integrate {
 /// The gradients G of the constraints of a block: with the unit vector u that makes w = Gᵀu smallest, w
 /// passes 0 and reverses where rows become dependent (‖w‖ is the least singular value there). It cannot do so
 /// before G has changed by ‖w‖ (Weyl's inequality): that says when to look again, and whether to look between
-/// two steps. The time is found by bisection on the continuous extension. Columns are divided by √M_jj where M
-/// is known, so that what is found does not depend on units.
+/// two steps. The time is found by bisection on the continuous extension. Columns are divided by √M_jj where
+/// M is known, so that what is found does not depend on units.
 class ConstraintRank {
  public:
   /// Blocks of at most this many rows are looked at after every step: there Weyl's inequality is sharp enough
@@ -28,8 +28,8 @@ class ConstraintRank {
   ConstraintRank(RankBlock& block, double tolerance);
 
   void start(const Point& point);
-  /// `steps` since the last look. nearby: where only a reversal is looked for; a continuous extension of high order costs
-  /// as much as the step.
+  /// `steps` since the last look. nearby: where only a reversal is looked for; a continuous extension of high
+  /// order costs as much as the step.
   std::optional<Stop> look(const Point& point, long steps, const SolutionBetween& between,
                            const SolutionBetween& nearby);
   bool is_small() const { return gram_.rows() <= small; }

@@ -14,9 +14,9 @@
 namespace pendula::integrate {
 namespace {
 
-/// Do the equations grow without bound, or swing without end as cos(1/x) does, towards a zero of the factor on the
-/// straight line from one point through another? x′ and z are not continued before the first. Requires that the
-/// zero lies between them, or that the factor is 0 at the second.
+/// Do the equations grow without bound, or swing without end as cos(1/x) does, towards a zero of the factor
+/// on the straight line from one point through another? x′ and z are not continued before the first. Requires
+/// that the zero lies between them, or that the factor is 0 at the second.
 class PoleTest {
  public:
   PoleTest(Problem& equations, Expr factor, const Tolerances& tolerances, const Point& from, const Point& to)
@@ -39,9 +39,9 @@ class PoleTest {
     return false;
   }
 
-  /// Do solutions part without bound behind a zero that is no pole? Where a disturbance grows like δ′ = k δ/t, k > 0,
-  /// as of x′ = k x/t, all solutions x = c tᵏ come from one point; where it fades like that before the zero, all of
-  /// them have met there. Of ODEs only. The time of the zero.
+  /// Do solutions part without bound behind a zero that is no pole? Where a disturbance grows like δ′ = k
+  /// δ/t, k > 0, as of x′ = k x/t, all solutions x = c tᵏ come from one point; where it fades like that
+  /// before the zero, all of them have met there. Of ODEs only. The time of the zero.
   std::optional<double> parts() {
     constexpr Eigen::Index most = 60;  // unknowns
     if (!equations_.is_ode() || equations_.has_dense_jacobian() || beside_.size() > most) return {};
@@ -85,8 +85,8 @@ class PoleTest {
     return false;
   }
 
-  /// Of ODEs only: residuals of a solution are rounding. From several distances, since what swings may by chance do so in
-  /// one direction at those of one sequence.
+  /// Of ODEs only: residuals of a solution are rounding. From several distances, since what swings may by
+  /// chance do so in one direction at those of one sequence.
   bool swings(double zero, double noise) {
     if (!equations_.is_ode()) return false;
     for (double part : {1.0, 0.83, 0.71, 0.57})
@@ -116,7 +116,8 @@ class PoleTest {
     return false;
   }
 
-  /// What swings may move x by in the step: ten tolerances, and no more than 10⁻⁶ of what a loose one makes of it.
+  /// What swings may move x by in the step: ten tolerances, and no more than 10⁻⁶ of
+  /// what a loose one makes of it.
   double hardly(std::size_t i) const {
     const auto k = static_cast<Eigen::Index>(i);
     const double rtol = tolerances_.rtol[k], several = std::min(10.0, 1e-6 / rtol);
@@ -137,8 +138,8 @@ class PoleTest {
     return F;
   }
 
-  /// Does the growth of disturbances, seen in this direction, become k/distance? A step that rounding does not let one
-  /// look into, some 10⁻⁹ of the run, is asked at its end: what is bounded moves nothing in it.
+  /// Does the growth of disturbances, seen in this direction, become k/distance? A step that rounding does
+  /// not let one look into, some 10⁻⁹ of the run, is asked at its end: what is bounded moves nothing in it.
   bool is_singular(int direction, double zero, double room, bool fine) {
     constexpr double slow = 0.1, constant = 3;  // of k; a bounded ∂x′/∂x would make it ten times smaller
     const double far = fine ? 0.2 * room : room, close = 0.1 * far;

@@ -1,15 +1,16 @@
 // Poles of equations as they are written: x′ = -1/x² must not be integrated across x = 0.
 //
-// A step has passed the zero of a divisor g where g has changed its sign, or where g falls at both ends of the
-// step and has grown (or the reverse): stages on both sides of a pole can deceive an error estimate.
+// A step has passed the zero of a divisor g where g has changed its sign, or where g falls at both ends of
+// the step and has grown (or the reverse): stages on both sides of a pole can deceive an error estimate.
 //
 // That alone is no reason to stop: sin(x)/x is bounded, 1/x may stand in a branch that is not in force. The
 // residual F decides: on a straight line through the zero of g, at distances that shrink by 10⁻³ each time, a
-// pole of order k grows by 10³ᵏ; a bounded residual, or one that grows like a logarithm, does not. A bounded residual without limit,
-// such as cos(1/x), ends the run, too: its changes neither fade nor keep their sign.
+// pole of order k grows by 10³ᵏ; a bounded residual, or one that grows like a logarithm, does not. A bounded
+// residual without limit, such as cos(1/x), ends the run, too: its changes neither fade nor keep their sign.
 //
-// Where the equations are bounded and their derivatives are not, as of sin(a/b) where a and b vanish together, the
-// run goes on, but solutions that were closer than every tolerance may part from each other behind the zero.
+// Where the equations are bounded and their derivatives are not, as of sin(a/b) where a and b
+// vanish together, the run goes on, but solutions that were closer than every tolerance may part
+// from each other behind the zero.
 #pragma once
 
 #include <optional>
@@ -24,6 +25,8 @@
 
 namespace pendula::integrate {
 
+/// No Monitor (monitor.hpp), which ends a run: a step across a pole is taken back and repeated with shorter
+/// ones, until the run ends before it.
 class DomainMonitor {
  public:
   /// The conditions of a problem's equations but for those that are guards. Cost: of domain_conditions().
@@ -36,7 +39,8 @@ class DomainMonitor {
   void restart(const Point& point);
   /// After every accepted step: why it must not be taken, if a pole lies in it. `equations`: those in force.
   std::optional<std::string> passed(Problem& equations, const Point& from, const Point& to);
-  /// Where a zero that is no pole was passed and more than one solution goes on, as in x′ = 2 x/t; "" if nowhere.
+  /// Where a zero that is no pole was passed and more than one solution goes on, as
+  /// in x′ = 2 x/t; "" if nowhere.
   const std::string& not_unique() const { return not_unique_; }
   /// After a failure at a point: ". x is almost 0 there; where it is 0, log(x) is not defined", of the
   /// condition that is closest to 0; "" if none is.

@@ -1,5 +1,5 @@
-// Conditions for the equations of a run to be solvable: divisors that must not vanish, blocks that must keep
-// their rank.
+// Conditions for the equations of a run to be solvable: divisors that must not vanish,
+// blocks that must keep their rank.
 #pragma once
 
 #include <string>

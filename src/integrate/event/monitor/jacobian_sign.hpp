@@ -10,8 +10,9 @@
 
 namespace pendula::integrate {
 
-/// The sign of det J of a block. Where an unknown has jumped from one branch of the solution to another within
-/// a step, it is the same at both ends and differs in between: a few points between them are looked at.
+/// The sign of det J of a block. Where an unknown has jumped from one branch of the solution
+/// to another within a step, it is the same at both ends and differs in between: a few
+/// points between them are looked at.
 class JacobianSign {
  public:
   /// Requires a block with a Jacobian.

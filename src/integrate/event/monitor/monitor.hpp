@@ -10,8 +10,8 @@
 //   rank_monitor          constraints become dependent, or a block of equations singular
 //   choice_monitor        the states that a form chose no longer determine the rest, within the tolerances
 //
-// With chosen steps, zeros of divisors are events with a termination_reason (events.hpp): they must be ordered
-// in time with the user's events inside a step.
+// With chosen steps, zeros of divisors are events with a termination_reason (events.hpp): they must be
+// ordered in time with the user's events inside a step.
 #pragma once
 
 #include <optional>
@@ -59,8 +59,8 @@ class Monitor {
   virtual std::optional<Stop> after(const MonitoredStep& step) = 0;
 };
 
-/// The point a few roundings of t later, x along x′. An expression that changes its sign up to there is 0 at a time
-/// that cannot be told from t.
+/// The point a few roundings of t later, x along x′. An expression that changes its sign up to there is 0 at
+/// a time that cannot be told from t.
 Point a_moment_after(const Point& point);
 
 }  // namespace pendula::integrate

@@ -15,8 +15,9 @@ namespace pendula::integrate {
 
 namespace {
 
-// By how much an exponent exceeds its values at the ends of a step in a peak that a step may miss. With less, the nearer
-// end lies on the flank of the peak, within two half widths of the top (u = -θ²/2), and the step sees it.
+// By how much an exponent exceeds its values at the ends of a step in a peak that a step may miss.
+// With less, the nearer end lies on the flank of the peak, within two half widths of the top
+// (u = -θ²/2), and the step sees it.
 constexpr double high = 2;
 
 struct Candidate {
@@ -156,8 +157,8 @@ bool PeakMonitor::varies_fast() const {
   return false;
 }
 
-/// By how many tolerances; 0 where there is none. Halves, until what is in the middle of a part follows from its ends:
-/// several peaks may lie in a step.
+/// By how many tolerances; 0 where there is none. Halves, until what is in the middle of a part follows from
+/// its ends: several peaks may lie in a step.
 double PeakMonitor::passes_peak(const Sample& low, const Sample& behind, int depth, const Point& from,
                                 const Point& to) {
   if (depth < deepest) {
@@ -177,7 +178,8 @@ double PeakMonitor::passes_peak(const Sample& low, const Sample& behind, int dep
   return 0;
 }
 
-/// How high ± u must be for a peak, more than e² times as high as the ends of the step: the stages see others.
+/// How high ± u must be for a peak, more than e² times as high as the ends of the
+/// step: the stages see others.
 double PeakMonitor::peak_height(std::size_t i) const {
   constexpr double least_exponent = -60;  // e⁻⁶⁰ = 10⁻²⁶ is nothing beside tolerances, for factors up to 10¹³
   static const double share = std::exp(-high);
@@ -187,8 +189,9 @@ double PeakMonitor::peak_height(std::size_t i) const {
   return -std::min(std::fabs(a), std::fabs(b)) * share;
 }
 
-/// No node gets as high as a peak between two samples: not the cubics from them to the middle, which lie between their
-/// control points, and not if they err by several times what the cubic through the two samples errs by in the middle.
+/// No node gets as high as a peak between two samples: not the cubics from them to the middle, which lie
+/// between their control points, and not if they err by several times what the cubic through the two
+/// samples errs by in the middle.
 bool PeakMonitor::shows_no_peak(const Sample& low, const Sample& middle, const Sample& behind) const {
   constexpr double several =
       8;  // where cubics converge, those of the halves err by 1/16 of that of the whole
@@ -220,8 +223,8 @@ bool PeakMonitor::may_reach_peak(std::size_t i, const Sample& low, const Sample&
   return !(std::max(before, after) < peak_height(i));
 }
 
-/// An exponent rises at the first and no longer at the second, which may be the top itself; the size of a divisor the
-/// other way round.
+/// An exponent rises at the first and no longer at the second, which may be the top itself; the size of
+/// a divisor the other way round.
 bool PeakMonitor::turns(std::size_t i, const Values& low, const Values& behind) const {
   const double side = !nodes_.is_divisor[i] ? 1 : low[i] > 0 ? -1 : 1;
   const bool same_sign = !nodes_.is_divisor[i] || low[i] * behind[i] > 0;
@@ -232,8 +235,8 @@ bool PeakMonitor::turns(std::size_t i, const Values& low, const Values& behind) 
 std::optional<PeakMonitor::Peak> PeakMonitor::peak_between(std::size_t i, const Sample& low,
                                                            const Sample& behind, const Point& from,
                                                            const Point& to) {
-  // A top is found to 10⁻⁶ of the step. The peak of a divisor may be narrower, and its height unknown: its area is taken
-  // as that of a peak of 10⁻⁴ at least.
+  // A top is found to 10⁻⁶ of the step. The peak of a divisor may be narrower, and its height unknown: its
+  // area is taken as that of a peak of 10⁻⁴ at least.
   constexpr double narrowest = 1e-6, least_width = 1e-4;
   const bool divisor = nodes_.is_divisor[i];
   const double side = divisor && last_.values[i] > 0 ? -1 : 1;
@@ -255,8 +258,8 @@ std::optional<PeakMonitor::Peak> PeakMonitor::peak_between(std::size_t i, const 
   return Peak{low_.share, divisor ? std::max(width, least_width) : width};
 }
 
-/// How far from a top, as a share of the step, the peak has fallen: to e^{-1/2} of it, or half of 1/d. The mean of both
-/// sides, those within the step; a power of the curvature would not do for 1/(1 + θ⁸).
+/// How far from a top, as a share of the step, the peak has fallen: to e^{-1/2} of it, or half of 1/d. The
+/// mean of both sides, those within the step; a power of the curvature would not do for 1/(1 + θ⁸).
 template <class Fallen>
 double PeakMonitor::half_width(double top, const Fallen& has_fallen) {
   constexpr double narrowest = 1e-7;

@@ -1,9 +1,9 @@
 // Peaks that a step has jumped over: e^{-u²} and 1/(w² + u²) where u passes 0 between two stages.
 //
-// An error estimate knows the equations at the stages. Where an exponent has a maximum inside a step, or a divisor a
-// least value, far from its values at both ends, the equations may hold a pulse that no stage has seen, and the run
-// would finish without it. Functions of t alone are looked at before a run (event/pulses.hpp); here are those of the
-// solution.
+// An error estimate knows the equations at the stages. Where an exponent has a maximum inside a step, or a
+// divisor a least value, far from its values at both ends, the equations may hold a pulse that no stage has
+// seen, and the run would finish without it. Functions of t alone are looked at before a run
+// (event/pulses.hpp); here are those of the solution.
 #pragma once
 
 #include <memory>
@@ -18,16 +18,16 @@ namespace pendula::integrate {
 
 class PeakMonitor {
  public:
-  /// Exponents and divisors of a problem of index 0 or 1, in t and x. wanted = false: none. Cost after every step: one
-  /// evaluation of them and their derivatives; two where they vary fast, up to eight where cubics do not follow them;
-  /// nothing where there are none.
+  /// Exponents and divisors of a problem of index 0 or 1, in t and x. wanted = false: none. Cost after every
+  /// step: one evaluation of them and their derivatives; two where they vary fast, up to eight where cubics
+  /// do not follow them; nothing where there are none.
   PeakMonitor(const Problem& problem, const Tolerances& tolerances, bool wanted);
 
   /// The run begins at a point, or has jumped to it. problem: with its branches, as it is integrated now.
   void restart(const ProblemPtr& problem, const Point& point);
-  /// After every accepted step: by how many tolerances the solution is off because it has jumped over a peak; 0 where
-  /// it has not, or hardly. Then it has to be made again in shorter ones, unless the run is tired of that.
-  /// Cost: where there is one, some 30 evaluations of exponents and two of x′.
+  /// After every accepted step: by how many tolerances the solution is off because it has jumped over a peak;
+  /// 0 where it has not, or hardly. Then it has to be made again in shorter ones, unless the run is tired of
+  /// that. Cost: where there is one, some 30 evaluations of exponents and two of x′.
   double missed(const ProblemPtr& problem, const Point& from, const Point& to);
   /// More than a quarter of the steps were made again: peaks without end. They count as errors then.
   bool is_tired() const;

@@ -25,11 +25,11 @@ class RankBlock {
 
   const dae::LargeBlock& block() const { return block_; }
   const std::vector<Expr>& arguments() const { return given_->arguments(); }
-  /// M_jj^(-1/2) for each column of the gradients, at a point: in these units their lengths do not depend on those of the
-  /// unknowns (G M⁻¹ Gᵀ is what must be regular). Empty where M is not known or an entry is 0.
+  /// M_jj^(-1/2) for each column of the gradients, at a point: in these units their lengths do not depend on
+  /// those of the unknowns (G M⁻¹ Gᵀ is what must be regular). Empty where M is not known or an entry is 0.
   std::vector<double> units_by_inertia(const Point& point);
-  /// Rough sizes of the unknowns that belong to the columns of the gradients, for one unit of time. Empty where they are
-  /// not known.
+  /// Rough sizes of the unknowns that belong to the columns of the gradients, for one unit of time.
+  /// Empty where they are not known.
   std::vector<double> units_by_size() const;
   /// [t, x, x′, z, u, p] at a point; valid until the next call.
   const double* values(const Point& point);

@@ -18,8 +18,8 @@ namespace pendula::integrate {
 class RankMonitor : public Monitor {
  public:
   /// tolerance: of the run, relative; 1e-6 at most. interpolation: of the run, null if it has none: then
-  /// between two looks by Hermite interpolation. sizes: of the unknowns, asked where a rank seems to be lost; null:
-  /// not known. Requires that blocks and interpolation outlive it.
+  /// between two looks by Hermite interpolation. sizes: of the unknowns, asked where a rank seems to be lost;
+  /// null: not known. Requires that blocks and interpolation outlive it.
   RankMonitor(const ProblemPtr& problem, const std::vector<dae::LargeBlock>& blocks, double tolerance,
               const std::function<Vec()>& sizes, StepInterpolation* interpolation = nullptr);
   ~RankMonitor() override;

@@ -42,8 +42,8 @@ class SingularityMonitor : public Monitor {
   std::vector<double> first_, before_;  ///< g at the start, and one step before the last point
 };
 
-/// After a failure: what the equations need and has almost vanished, as the end of a sentence; "" if nothing
-/// has.
+/// After a failure: what the equations need and has almost vanished, as the end of a
+/// sentence; "" if nothing has.
 std::string near_singularity(SingularityMonitor& divisors, RankMonitor& ranks, const Point& point,
                              double almost);
 

@@ -1,8 +1,9 @@
 // Narrow switches that a step has passed: tanh v, 1/(1 + eᵛ), log(1 + eᵛ), √(1 + v²) where v passes 0.
 //
-// For a step over which v changes by 16 and more they are jumps and kinks, like those of sign and max. The error estimate
-// of such a step is unreliable: it may be far too small by chance, and may miss a term that is active in a part of the
-// step only, such as the current of a smooth rectifier. As at other kinks, a step ends there.
+// For a step over which v changes by 16 and more they are jumps and kinks, like those of sign and max.
+// The error estimate of such a step is unreliable: it may be far too small by chance, and may miss a
+// term that is active in a part of the step only, such as the current of a smooth rectifier. As at
+// other kinks, a step ends there.
 #pragma once
 
 #include <optional>
@@ -22,9 +23,10 @@ class SwitchMonitor {
   /// v of all, and at how many passages of each a step was made to end.
   const std::vector<Expr>& switches() const { return switches_; }
   const std::vector<long>& located() const { return located_; }
-  /// After every accepted step: the first time inside it at which a narrow switch is passed, on the cubic through its
-  /// ends; the step must then be repeated up to there. Nothing where every second step would have to be: there the error
-  /// estimates must do. problem: with its present numbers. Cost: four evaluations of v, some 50 where one may be passed.
+  /// After every accepted step: the first time inside it at which a narrow switch is passed, on the cubic
+  /// through its ends; the step must then be repeated up to there. Nothing where every second step would have
+  /// to be: there the error estimates must do. problem: with its present numbers. Cost: four evaluations of
+  /// v, some 50 where one may be passed.
   std::optional<double> passed(Problem& problem, const Point& from, const Point& to);
 
  private:

@@ -112,9 +112,9 @@ std::optional<double> TangencyMonitor::time_of_zero(std::size_t which, const Mon
   return least_between(which, step.before, step.here, 0, 1);
 }
 
-/// Points inside every step, more of them inside the long steps of a run, and one before its end: where |g| is less than
-/// at both neighbours, it is looked at closely. before: |g| at the beginning of the step, infinite where the last step is
-/// not known.
+/// Points inside every step, more of them inside the long steps of a run, and one before its end: where |g|
+/// is less than at both neighbours, it is looked at closely. before: |g| at the beginning of the step,
+/// infinite where the last step is not known.
 std::optional<double> TangencyMonitor::zero_inside(std::size_t which, const MonitoredStep& step,
                                                    double before) {
   constexpr double almost_end = 0.999, long_step = 0.1;  // of the time so far
@@ -142,8 +142,8 @@ std::optional<double> TangencyMonitor::zero_inside(std::size_t which, const Moni
   return t;
 }
 
-/// Just behind the beginning, where |g| = first: a step may be 10¹⁰ times as long as the distance to a crossing.
-/// beyond: |g| at this share of the step.
+/// Just behind the beginning, where |g| = first: a step may be 10¹⁰ times as long as the distance to a
+/// crossing. beyond: |g| at this share of the step.
 std::optional<double> TangencyMonitor::near_beginning(std::size_t which, const MonitoredStep& step,
                                                       double share, double beyond, double first) {
   constexpr double closer = 0.3, closest = 1e-15, flat = 0.05;
@@ -161,9 +161,9 @@ std::optional<double> TangencyMonitor::near_beginning(std::size_t which, const M
   return {};
 }
 
-/// Golden section in a part of a step, until |g| is the same at all points of what is left of it (towards a zero it
-/// falls at least as fast as a root, to 0.73 in each section); 0 is what is less than 10⁻⁶ of the values at its ends, than 10⁻⁹ of what |g|
-/// would become at this rate within the run, or rounding.
+/// Golden section in a part of a step, until |g| is the same at all points of what is left of it (towards a
+/// zero it falls at least as fast as a root, to 0.73 in each section); 0 is what is less than 10⁻⁶ of the
+/// values at its ends, than 10⁻⁹ of what |g| would become at this rate within the run, or rounding.
 std::optional<double> TangencyMonitor::least_between(std::size_t which, const Point& from, const Point& to,
                                                      double low, double high) {
   constexpr double golden = 0.3819660112501051, closest = 1e-6, most = 1e-2, epsilon = 2.2e-16, flat = 0.99;
@@ -198,8 +198,9 @@ std::optional<double> TangencyMonitor::least_between(std::size_t which, const Po
   return {};
 }
 
-/// Can g be 0 where every yⱼ, of (x, z), is off by some tolerances atolⱼ + rtolⱼ |yⱼ|? Its linearisation must say so,
-/// and g itself turn round or change sign on that way: exponentials and sums of positive terms fall without reaching 0.
+/// Can g be 0 where every yⱼ, of (x, z), is off by some tolerances atolⱼ + rtolⱼ |yⱼ|? Its linearisation
+/// must say so, and g itself turn round or change sign on that way: exponentials and sums of positive
+/// terms fall without reaching 0.
 bool TangencyMonitor::can_vanish(std::size_t which, const Point& point) {
   constexpr double within = 10;  // tolerances: the errors of steps add up
   constexpr int parts = 16;

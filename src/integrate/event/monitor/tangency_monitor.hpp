@@ -3,10 +3,10 @@
 // A spinning top passes the upright position, where two of its Euler angles become one: sin θ touches 0.
 // Rounding and truncation errors turn the touch into a near miss; the continuation after it is arbitrary.
 //
-// Branches of 0 = z² - x² cross at x = 0: a step from one side to the other solves for z on the branch that it
-// started on, by the sign of z, and not on the one that continues smoothly. z then turns at 0 between two mesh
-// points, or inside a step that is longer than the distance between two crossings: where a divisor with z in it has
-// turned, its least value is looked for between them.
+// Branches of 0 = z² - x² cross at x = 0: a step from one side to the other solves for z on the branch that
+// it started on, by the sign of z, and not on the one that continues smoothly. z then turns at 0 between two
+// mesh points, or inside a step that is longer than the distance between two crossings: where a divisor with
+// z in it has turned, its least value is looked for between them.
 #pragma once
 
 #include <memory>
@@ -36,8 +36,8 @@ class TangencyMonitor : public Monitor {
     begin_.reset();
     has_previous_ = false;
   }
-  /// The event whose |g| had a minimum at the beginning of the step, below ten times its uncertainty there, or
-  /// that was 0 near it.
+  /// The event whose |g| had a minimum at the beginning of the step, below ten times its
+  /// uncertainty there, or that was 0 near it.
   std::optional<Stop> after(const MonitoredStep& step) override;
 
  private:

@@ -104,8 +104,8 @@ static void require_regular_at(const dae::ModelPtr& model, const dae::Consistent
 
 /// A bare number cannot say that it holds on one branch or in one region only: that goes to the error stream.
 ///
-/// Nothing but the structure leads to an index where no values that satisfy the equations are found: it then asks for
-/// such values, argument 2.
+/// Nothing but the structure leads to an index where no values that satisfy the equations are found: it then
+/// asks for such values, argument 2.
 static dae::IndexResult index_with_warnings(Call& call) {
   dae::IndexResult known = dae::differentiation_index(model_of(call));
   const auto start = call.has(2) ? call.shared<dae::ConsistentState>(2, "start") : nullptr;

@@ -153,8 +153,8 @@ static dae::ConsistentStatePtr translated_to_dummies(const dae::ConsistentStateP
   return here;
 }
 
-/// Form "minimal" has taken one root of a quadratic constraint: a start on the other one is none of its
-/// starts.
+/// Form "minimal" has taken one root of a quadratic constraint: a start on the other
+/// one is none of its starts.
 static void require_same_branch(const dae::ConsistentState& at, const dae::ConsistentState& here,
                                 const dae::Model& model) {
   const dae::ModelPtr source = dae::original(here.model);
@@ -175,8 +175,8 @@ static void require_same_branch(const dae::ConsistentState& at, const dae::Consi
   }
 }
 
-/// Rows of form "array" that were chosen elsewhere may have other solutions at this start: for a mechanism at rest those of
-/// motions that its own equations do not have.
+/// Rows of form "array" that were chosen elsewhere may have other solutions at this start: for a mechanism at
+/// rest those of motions that its own equations do not have.
 static void require_same_values(const dae::ConsistentState& at, const dae::ConsistentState& here,
                                 const dae::Model& model) {
   constexpr double same = 1e-6, rounding = 1e-9;  // of the two; of the largest value
@@ -195,7 +195,8 @@ static void require_same_values(const dae::ConsistentState& at, const dae::Consi
     }
 }
 
-/// Form "array" was made at another point, and its rows do not determine the unknowns at this start, where others do.
+/// Form "array" was made at another point, and its rows do not determine the unknowns
+/// at this start, where others do.
 static void require_rows_for(const dae::ConsistentStatePtr& at, const dae::ModelPtr& model) {
   const auto serves = [&](const dae::ModelPtr& form) {
     try {
@@ -221,7 +222,8 @@ static void require_rows_for(const dae::ConsistentStatePtr& at, const dae::Model
         "make it there: reduce(\"array\", { at = start })");
 }
 
-/// A start of a relative, in the leaves of this model. The last ones are kept: a loop begins again and again there.
+/// A start of a relative, in the leaves of this model. The last ones are kept: a
+/// loop begins again and again there.
 dae::ConsistentStatePtr translated(const dae::ConsistentStatePtr& at, const dae::ModelPtr& model) {
   if (at->model == model) return at;
   constexpr std::size_t few = 8;

@@ -1,4 +1,5 @@
-// structure(): the structural analysis as a value that prints. Reads arguments, calls src/dae/report/structure_report.
+// structure(): the structural analysis as a value that prints. Reads arguments, calls
+// src/dae/report/structure_report.
 #include "dae/report/report_latex.hpp"
 #include "dae/report/structure_report.hpp"
 

@@ -29,7 +29,8 @@ int vec(Call& call) {
   return push_matrix(call.L, m.cols() == 1 ? m : MatX(m.transpose()));
 }
 
-/// A list without rows is not taken: mat{1,2;3,4} of MATLAB is such a list, the semicolon being a comma in Lua.
+/// A list without rows is not taken: mat{1,2;3,4} of MATLAB is such a list, the
+/// semicolon being a comma in Lua.
 int mat(Call& call) {
   lua_State* L = call.L;
   if (lua_istable(L, 1) && lua_rawlen(L, 1) > 1) {

@@ -47,8 +47,8 @@ std::optional<Mat> in_doubles(const MatX& a) {
   return values;
 }
 
-/// The matrix in doubles where exact polynomials of it take minutes and show nothing: measured numbers (lti::field).
-/// Small ones are always cheap, and 10⁻³⁰⁰ is a number like any other.
+/// The matrix in doubles where exact polynomials of it take minutes and show nothing: measured numbers
+/// (lti::field). Small ones are always cheap, and 10⁻³⁰⁰ is a number like any other.
 std::optional<Mat> measured(const MatX& a) {
   constexpr Eigen::Index small = 6;
   return a.rows() > small && lti::field(a) == lti::Field::numeric ? in_doubles(a) : std::nullopt;
@@ -103,8 +103,8 @@ std::optional<Expr> entry(Call& call, int index, lua_Integer i) {
   return e;
 }
 
-/// Whether the first argument is an equation or a list of them, or an expression (a list of them) in which the symbol
-/// (the first symbol of the list) given second occurs.
+/// Whether the first argument is an equation or a list of them, or an expression (a list of them) in which
+/// the symbol (the first symbol of the list) given second occurs.
 bool asks_for_equations(Call& call) {
   if (call.is<Equation>(1)) return true;
   std::vector<Expr> e;

@@ -32,7 +32,8 @@ double operations(const Mat& A, double factor) {
   return factor * longer * shorter * shorter;
 }
 
-/// A = U diag(s) Vᵀ with as many columns as the smaller size of A; the largest entry of every column of V is positive.
+/// A = U diag(s) Vᵀ with as many columns as the smaller size of A; the largest entry of
+/// every column of V is positive.
 struct SingularValues {
   explicit SingularValues(const Mat& A) {
     const std::vector<Mat> parts = stoppable(operations(A, 40), [&] {
@@ -51,8 +52,8 @@ struct SingularValues {
       U.col(k) = -U.col(k);
     }
   }
-  /// Singular values above rounding: the largest size of A times ε times the largest of them (Golub & Van Loan, Matrix
-  /// Computations, §5.4.1).
+  /// Singular values above rounding: the largest size of A times ε times the largest of them (Golub & Van
+  /// Loan, Matrix Computations, §5.4.1).
   Eigen::Index rank(const Mat& A) const {
     const double least = static_cast<double>(std::max(A.rows(), A.cols())) * 2.220446049250313e-16 * s[0];
     return (s.array() > least).count();

@@ -1,5 +1,5 @@
-// How print shows matrices: exact ones by names or as a grid, numbers aligned with at most 10 digits, long
-// ones in part.
+// How print shows matrices: exact ones by names or as a grid, numbers aligned with at
+// most 10 digits, long ones in part.
 #include <algorithm>
 
 #include "base/text.hpp"

@@ -331,8 +331,9 @@ dae::ParameterValues read_all_parameters(Call& call, const Options& options, con
 
 }  // namespace
 
-/// Each tableau costs half a millisecond when it is first used: only those are made that may be chosen. Of Rosenbrock
-/// methods small models take the one whose steps are longest, large ones the one with fewest solutions a step.
+/// Each tableau costs half a millisecond when it is first used: only those are made that may be
+/// chosen. Of Rosenbrock methods small models take the one whose steps are longest, large ones the
+/// one with fewest solutions a step.
 Method automatic_method(lua_State* L, std::optional<double> rtol, std::size_t equations) {
   constexpr std::size_t large = 60;  // with a dense Jacobian from here on: choose()
   const char* names[] = {"verner87", "verner98", "dop853"};

@@ -62,7 +62,8 @@ std::size_t most_numbers(long n) {
   return static_cast<std::size_t>(std::clamp(8'388'608L / n, 1024L, 1'048'576L));
 }
 
-/// Pushes the list of results, false where there is none, and the list of failures. Returns how many calls were not made.
+/// Pushes the list of results, false where there is none, and the list of failures.
+/// Returns how many calls were not made.
 lua_Integer push_results(lua_State* L, const SharedSlots& slots) {
   lua_createtable(L, slots.tasks(), 0);
   lua_newtable(L);

@@ -1,4 +1,5 @@
-// What a saved file keeps of a solution, and the way back: sol:parts(), solution_of_parts(model, options, parts).
+// What a saved file keeps of a solution, and the way back: sol:parts(),
+// solution_of_parts(model, options, parts).
 #include "integrate/simulation/problem_setup.hpp"
 #include "integrate/solution/pieces.hpp"
 #include "lua/bind/integrate/integrate.hpp"
@@ -199,7 +200,8 @@ const OptionTable part_options = {
     {"methods", "list", "", "method families used in turn"},
 };
 
-/// What is evaluated, not integrated: the model with parameters and inputs, and the points that were computed.
+/// What is evaluated, not integrated: the model with parameters and inputs, and the
+/// points that were computed.
 int solution_of_parts(Call& call) {
   const auto model = call.shared<dae::Model>(1, "model");
   const integrate::Simulation simulation = read_simulation(call, call.options(2), model);

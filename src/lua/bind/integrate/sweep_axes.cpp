@@ -76,8 +76,8 @@ bool AxisReader::sort_drawn(const SymbolEntry& entry, const std::string& what, b
   return true;
 }
 
-/// A list of more than one number for one leaf is swept, distributions are drawn from; what is neither goes into
-/// `fixed`.
+/// A list of more than one number for one leaf is swept, distributions are drawn from;
+/// what is neither goes into `fixed`.
 void AxisReader::sort(const SymbolEntry& entry, const std::string& what, bool parameter, int fixed) {
   if (sort_drawn(entry, what, parameter)) return;
   const bool list = lua_istable(L_, entry.value) || object_at(L_, entry.value, TypeName<Matrix>::value);

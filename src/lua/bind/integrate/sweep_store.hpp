@@ -13,8 +13,8 @@ struct SweepText {
   std::string hidden;  ///< places of the options that the text leaves out (Lua functions), or ""
   std::string fingerprint;
 };
-/// Of everything that the results depend on: the texts of the model and of the options, what they leave out, and its
-/// contents.
+/// Of everything that the results depend on: the texts of the model and of the options, what
+/// they leave out, and its contents.
 std::string fingerprint_of(const std::string& model, const std::string& options,
                            const std::string& hidden = "", const std::string& contents = "");
 /// Of arguments 1 and 2 of sweep, as they were given.

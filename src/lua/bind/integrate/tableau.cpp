@@ -135,7 +135,8 @@ integrate::TableauData read_fields(Call& call) {
   return data;
 }
 
-/// Symbols among the coefficients: order and stability are questions of algebra (stdlib/tableaus/symbolic.lua).
+/// Symbols among the coefficients: order and stability are questions of algebra
+/// (stdlib/tableaus/symbolic.lua).
 bool has_symbols(const integrate::TableauData& data) {
   std::vector<Expr> all(entries(data.A).begin(), entries(data.A).end());
   all.insert(all.end(), data.b.begin(), data.b.end());

@@ -27,10 +27,11 @@ template <>
 struct TypeName<lti::FrequencyResponse> {
   static constexpr const char* value = "frequency response";
 };
-/// When a response is asked for: nothing, an end time, a list of times, { to = 10 } or { times = … }; `until` makes
-/// the times up to an end, or as far as it sees fit.
+/// When a response is asked for: nothing, an end time, a list of times, { to = 10 } or { times = … }; `until`
+/// makes the times up to an end, or as far as it sees fit.
 Vec read_times(Call& call, int i, const std::function<Vec(std::optional<double>)>& until);
-/// An operation ('*', '/', '+', '-', 'f' for feedback, 'c' for c2d) of which one operand has delays (lti_delay.cpp).
+/// An operation ('*', '/', '+', '-', 'f' for feedback, 'c' for c2d) of which one
+/// operand has delays (lti_delay.cpp).
 int delayed_operator(Call& call, char operation);
 
 /// A complex number with exact or approximate parts.
@@ -60,8 +61,8 @@ lti::System read_system(Call& call, int i, const char* name);
 int push_system(Call& call, lti::System g);
 /// The matrix in doubles where an entry is known as a double only.
 int push_entries(lua_State* L, const MatX& m);
-/// A Lua number where e has a value (whole numbers as integers), so that == and string.format know it; else the
-/// expression.
+/// A Lua number where e has a value (whole numbers as integers), so that == and
+/// string.format know it; else the expression.
 int push_number_or_expression(lua_State* L, Expr e);
 /// The same as push_entries; one entry is a number or an expression.
 int push_entries_or_one(lua_State* L, const MatX& m);

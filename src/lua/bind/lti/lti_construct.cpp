@@ -1,4 +1,5 @@
-// The `lti` module: systems made from matrices, fractions and roots, and from one another. Reads arguments, calls src/lti.
+// The `lti` module: systems made from matrices, fractions and roots, and from one another.
+// Reads arguments, calls src/lti.
 #include <algorithm>
 
 #include "base/text.hpp"

@@ -1,4 +1,5 @@
-// Control design: feedback and observer gains, Riccati equations, reduction. Reads arguments, calls src/lti/design.
+// Control design: feedback and observer gains, Riccati equations, reduction. Reads
+// arguments, calls src/lti/design.
 #include <algorithm>
 
 #include "base/text.hpp"

@@ -47,8 +47,8 @@ void refuse_options_in_point(lua_State* L, int point, const dae::Model& model) {
   }
 }
 
-/// Splits a point { theta = 0, F = 0 } into its state and what inputs are there: the tables `start` and `inputs` of
-/// the table of options.
+/// Splits a point { theta = 0, F = 0 } into its state and what inputs are there: the tables `start` and
+/// `inputs` of the table of options.
 void split_point(lua_State* L, int point, int options, const dae::Model& model) {
   lua_newtable(L);
   const int start = lua_gettop(L);

@@ -40,8 +40,8 @@ int push_parameter_set(Call& call, sysid::Regression r, const sysid::Density& un
 /// or a matrix), or a matrix. `rows` > 0: what has that many columns instead is transposed.
 Mat to_data(lua_State* L, int index, const std::string& what, Eigen::Index rows = 0);
 
-/// Argument 2 of a simulation: data, or inputs alone (a list, a matrix), whose outputs are then 0: they may be
-/// used with Seed::zero only. `inputs`, `outputs`, `Ts`: of the model.
+/// Argument 2 of a simulation: data, or inputs alone (a list, a matrix), whose outputs are then 0: they may
+/// be used with Seed::zero only. `inputs`, `outputs`, `Ts`: of the model.
 struct SimulationData {
   sysid::IdData data;
   bool inputs_alone = false;

@@ -1,4 +1,5 @@
-// lsq: linear least squares with weights or a covariance. Reads arguments, calls src/sysid/regression/least_squares.
+// lsq: linear least squares with weights or a covariance. Reads arguments, calls
+// src/sysid/regression/least_squares.
 #include "base/counted.hpp"
 #include "base/text.hpp"
 #include "lua/bind/sysid/sysid.hpp"

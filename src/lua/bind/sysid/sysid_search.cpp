@@ -1,4 +1,5 @@
-// Least squares on any function, refinement of state-space models, forecasts. Reads arguments, calls src/sysid.
+// Least squares on any function, refinement of state-space models, forecasts. Reads
+// arguments, calls src/sysid.
 #include <algorithm>
 #include <cmath>
 
