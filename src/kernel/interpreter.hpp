@@ -1,4 +1,9 @@
 // The language of a Jupyter kernel: cells, completion, inspection, by the protocol that xeus speaks.
+//
+// A cell runs in a session as an entry at the prompt does (shell/entry.hpp); its values and figures
+// become displays: text, LaTeX, SVG. An interrupt arrives as SIGINT while a cell runs and is
+// blocked otherwise, since xeus ends on it. The kernel is a program of its own (main.cpp), so that
+// the shell does not link ZeroMQ.
 #pragma once
 
 #include <memory>

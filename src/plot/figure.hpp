@@ -1,6 +1,10 @@
-// A figure is plain data: what is to be seen, and nothing about how. Two back
-// ends read it: terminal.hpp (Unicode braille) and gnuplot.hpp (SVG, PNG,
-// PDF). `checked` is the only door: a figure that passed it can be drawn.
+// A figure is plain data: what is to be seen, and nothing about how. Two back ends read it: braille.hpp (the
+// terminal) and gnuplot.hpp (SVG, PNG, PDF). `checked` is the only door: a figure
+// that passed it can be drawn.
+//
+// ticks.hpp, view.hpp: numbers on axes, and the projection of three dimensions, for both. canvas.hpp,
+// sheet.hpp: cells of a terminal, pens and legends. script.hpp: pieces of gnuplot's language; process.cpp
+// runs it. film.hpp: figures in time.
 #pragma once
 
 #include <algorithm>

@@ -3,6 +3,9 @@
 // Numbers are drawn by inverse transform, x = F⁻¹(u): one uniform number makes one value, so
 // that every design (Latin hypercube, Sobol', …) works with every distribution, and
 // neighbours in u stay neighbours in x.
+//
+// philox.hpp and sobol.hpp make the u, design.hpp arranges them, sample_space.hpp makes the runs of a sweep
+// of them; special.hpp: distribution functions; data.hpp: statistics of samples.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,8 @@
 // Running what is not typed at the prompt: files, standard input, -e. The first error ends it.
+//
+// The folder is the program: main.cpp reads the command line (options.hpp) and starts a script
+// (here), the session (repl.hpp, with entry.hpp, echo.hpp, commands.hpp, hints.hpp) or a script of
+// somebody else (safe_mode.hpp).
 #pragma once
 
 #include <lua.hpp>

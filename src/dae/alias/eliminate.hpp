@@ -1,4 +1,10 @@
 // Aliases and trivial equations: unknowns that the equations define are written into the others.
+//
+// Models from parts consist of trivial equations for the most part, v1 = v2, i1 + i2 = 0. Where
+// a row is linear in an unknown with a factor that is zero nowhere, the unknown is replaced by what the row
+// says. eliminate.hpp (here): the models before and after. elimination.hpp: rows and unknowns while it runs;
+// occurrences.hpp: where unknowns occur; affine_row.hpp: residuals as sums; pivot.hpp: factors that may
+// divide; written_sum.hpp: sums as one would write them.
 #pragma once
 
 #include <span>

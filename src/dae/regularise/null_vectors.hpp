@@ -1,4 +1,4 @@
-// Common parts of the conversions of a singular structure (conversion.hpp): dependent sets of rows or
+// Common parts of the conversions of a singular structure (regularise.hpp): dependent sets of rows or
 // columns of the system Jacobian, and their null vectors.
 #pragma once
 

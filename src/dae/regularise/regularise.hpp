@@ -48,7 +48,7 @@ struct Regularised {
 /// given parameter values is regularised with these values put in. Requires as many equations as unknowns.
 std::optional<Regularised> regularise(const ModelPtr& model, std::vector<std::string>* why = nullptr);
 
-/// The model, or an equivalent one whose structure is regular (conversion.hpp) where its own is not. Returns
+/// The model, or an equivalent one whose structure is regular where its own is not. Returns
 /// the model itself if there is none.
 ModelPtr regular_form(const ModelPtr& model);
 

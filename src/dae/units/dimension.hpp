@@ -1,4 +1,8 @@
 // Physical dimensions of units and expressions.
+//
+// A dimension is the exponents of the seven base units of the SI. That of an expression follows from those of
+// its leaves; where two terms of a sum, two sides of a comparison or of an equation have different ones, both
+// are named. Leaves without a unit fit everything. Numbers of a model are never converted.
 #pragma once
 
 #include <array>

@@ -1,5 +1,11 @@
 // simplify and expand: for what people read. Both keep the value wherever the original
-// is defined and are idempotent.
+// is defined, and are idempotent.
+//
+// rewrite.hpp (here): the two functions; rewrite_rules.cpp, rewrite_products.cpp, rewrite_sums.cpp: the
+// rules, by what they apply to; rewrite_forms.hpp: the collected forms they work on;
+// rewrite_patterns.hpp: equal expressions of other variables are rewritten once. tidied.hpp: within a
+// budget; one_fraction.hpp, vanishing_parts.hpp: two rewritings that other folders ask for by themselves;
+// assumption.hpp: what is known about a symbol.
 #pragma once
 
 #include "expr/graph/graph.hpp"

@@ -1,4 +1,9 @@
 // The request for a run: the interval, the method, the tolerances, what to save and what to react to.
+//
+// plan.hpp (here): `Plan` and `Method`, plain data, and their checks. run_monitors.hpp: the monitors that a
+// plan asks for, for fixed and for chosen steps. stall_detector.hpp: ends runs that make no progress. Whoever
+// integrates (integrate/run) gets a Problem, a start and a Plan; whoever asks for a run
+// (integrate/simulation) makes them.
 #pragma once
 
 #include <functional>

@@ -1,6 +1,9 @@
 // Functions of numbers, given as expressions or as Lua functions: what newton, gauss_newton and fn read.
 //
 // A Lua function is called once with symbols; if that gives expressions, its derivatives are exact (tracing).
+//
+// The folder has what several folders of lua/bind read: traced.hpp (here), inputs.hpp: known functions of
+// time, iddata.hpp: data sets as inputs.
 #pragma once
 
 #include <optional>

@@ -1,5 +1,8 @@
 // Text fitted to the width of a screen: equations broken at + and =, words wrapped, matrices and wide tables
 // shown in part. What goes into a pipe or a file is never fitted.
+//
+// The folder knows terminals and no Lua values: fit_text.hpp (here), pager.hpp: a screen at a time,
+// terminal.hpp: lines of progress.
 #pragma once
 
 #include <string>

@@ -1,6 +1,11 @@
 // A session: a Lua state with the standard libraries made safe, the vocabulary of all bindings, strict
 // globals and the embedded stdlib; how code runs in it; the test runner. lua/core below knows neither the
 // bindings nor the stdlib's files, and the shell above knows only this folder.
+//
+// safe.hpp, safe_calls.hpp, patterns.hpp, long_calls.hpp, streams.hpp: Lua's functions that could crash the
+// process or swallow Ctrl-C, made anew; forbidden_calls.hpp: those that untrusted scripts do not get;
+// numeric_calls.hpp: those that take symbols, too; folders.hpp, testing.hpp, answers.hpp: what
+// stdlib/session.lua, tests and grading need.
 #pragma once
 
 #include <string>

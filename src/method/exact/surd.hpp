@@ -1,6 +1,9 @@
 // Numbers a + b√d with rational a, b: the exact coefficients of most tableaus in textbooks.
 // With one d for a whole tableau they form an ordered field, so determinants, polynomials and
 // signs are decided and not guessed.
+//
+// The folder has the numbers that src/method computes with: surd.hpp (here), polynomial.hpp over them, and
+// precise.hpp for coefficients in no such field: numbers with many digits.
 #pragma once
 
 #include <optional>

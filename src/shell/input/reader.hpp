@@ -1,4 +1,9 @@
 // Where the lines of a session come from: GNU readline on a terminal, plain reading elsewhere.
+//
+// readline_reader.cpp and plain_reader.cpp are the two, open_reader.cpp chooses. For the first one:
+// entry_view.hpp draws entries of several lines, lines_of_entry.hpp moves in them, highlight.hpp colours
+// them, word_list.hpp lists what Tab offers, signals.hpp waits without losing Ctrl-C; history.hpp and
+// journal.hpp keep what was typed.
 #pragma once
 
 #include <memory>

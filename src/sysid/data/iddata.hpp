@@ -2,6 +2,9 @@
 //
 // Samples are numbered from 1 in everything a user sees. A NaN is a missing sample: estimators leave out the
 // rows that would need it and say how many; filters that cannot do that refuse and say what to call instead.
+//
+// datafile.cpp and matfile.cpp read files (mat_memory.hpp: within a limit), signals.hpp makes inputs and
+// spectra, excitation.hpp asks whether an input is rich enough.
 #pragma once
 
 #include <string>

@@ -1,4 +1,9 @@
 // Models and starts in Lua, for other bindings.
+//
+// The folder reads what dae{…}, lagrange{…}, init and reduce are given and hands it to src/dae and src/mech;
+// it contains no mathematics. model_input.cpp: equations and options of models; dae.cpp: questions to a
+// model; forms.cpp: reduce, trace; start.cpp, start_read.cpp: init and its options; structure.cpp,
+// pencil.cpp, units.cpp, mech.cpp: the reports of these names; transitions.hpp: events.
 #pragma once
 
 #include "dae/start/start.hpp"

@@ -1,4 +1,9 @@
 // Tableaus and solutions in Lua, for other bindings.
+//
+// The folder reads the options of integrate, sweep, newton and gauss_newton and shows their results:
+// integrate.cpp, integrate_options.hpp: runs; solution.cpp, solution_parts.cpp, run_records.cpp,
+// event_list.hpp: what a solution answers; sweep*.cpp, shards.cpp, parallel.cpp: many runs; tableau.cpp,
+// methods.cpp, stability.cpp: methods; newton.cpp, gauss_newton.cpp, iterates.hpp: the laboratory of src/lab.
 #pragma once
 
 #include "integrate/simulation/simulate.hpp"

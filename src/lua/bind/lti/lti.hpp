@@ -1,4 +1,9 @@
 // Shared by the bindings of linear systems.
+//
+// The folder reads what tf, ss, zpk, feedback … are given and hands it to src/lti, one file for each of its
+// subjects: lti_construct.cpp and lti_read.cpp make systems, lti_connect.cpp and lti_delay.cpp combine
+// them, lti_linearize.cpp takes them from models, lti_analysis.cpp, lti_response.cpp and lti_design.cpp ask
+// them; complex.cpp: complex numbers.
 #pragma once
 
 #include <functional>

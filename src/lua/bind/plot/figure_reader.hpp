@@ -1,4 +1,8 @@
 // Reading what figure{…} is given: series, axes, rules, texts, legends.
+//
+// The folder is the way from Lua to src/plot: plot (stdlib/plot.lua) turns solutions, systems and data into
+// the table that figure{…} takes; figure_reader.hpp (here) reads it, figure_parts.cpp the parts of it,
+// plot.cpp has the methods of figures. Messages name the entry of the table that is wrong.
 #pragma once
 
 #include <string>

@@ -1,4 +1,8 @@
 // Random numbers and distributions between Lua and C++.
+//
+// The folder reads distributions, designs and seeds and hands them to src/random. random.cpp: numbers;
+// distributions.cpp: normal{…}, uniform{…} … as values; samples.cpp: statistics of samples. A stream of
+// numbers is determined by seed and position, so that a script gives the same numbers in every run.
 #pragma once
 
 #include "lua/core/values.hpp"

@@ -1,4 +1,9 @@
 // Shared by the binding files of identification.
+//
+// The folder reads data, orders and options and hands them to src/sysid. sysid_data.cpp, sysid_read.cpp,
+// signals.cpp, sysid_prefilter.cpp: data; sysid_models.cpp, sysid_lsq.cpp, sysid_grey.cpp,
+// sysid_predictor.cpp, sysid_search.cpp, sysid_likelihood.cpp: estimators; sysid_fields.cpp,
+// sysid_predict.cpp, sysid_validation.cpp, sysid_systems.cpp: what an estimated model answers.
 #pragma once
 
 #include "lua/bind/expr/expr.hpp"
