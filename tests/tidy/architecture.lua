@@ -107,9 +107,26 @@ local function check_readme()
   end
 end
 
+-- One header of a folder begins with some lines on what the folder is for.
+local function check_lectures(sources)
+  local most = {}
+  for file, text in pairs(sources) do
+    local folder = file:match "^(src/.*)/[^/]*%.[ch]pp$"
+    if folder then
+      local head = file:find "%.hpp$" and ("\n" .. text):match "^[\n/][^#]*" or ""
+      local _, count = head:gsub("\n//", "")
+      most[folder] = math.max(most[folder] or 0, count)
+    end
+  end
+  for folder, count in pairs(most) do
+    if count < 5 then report(folder, 1, "no header here says in five lines or more what the folder is for") end
+  end
+end
+
 --- Folders that are too full, files that nobody includes, the tree in README.md.
 function architecture.check_all(sources)
   check_readme()
+  check_lectures(sources)
   local included, full = {}, {}
   for file, text in pairs(sources) do
     for path in text:gmatch '#%s*include%s+"([^"]+)"' do included["src/" .. path] = true end
