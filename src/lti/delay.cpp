@@ -8,6 +8,7 @@
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
+#include "base/limits/stack.hpp"
 #include "base/text.hpp"
 #include "expr/linalg/linalg.hpp"
 #include "expr/print/print.hpp"
@@ -119,6 +120,7 @@ DelaySystem exponential_of(const System& g) {
 }
 
 bool has_delay(Expr e, Expr s) {
+  check_stack();
   if (e.op() == Op::exp && depends_on(e, s)) return true;
   const auto parts = e.operands();
   return std::any_of(parts.begin(), parts.end(), [&](Expr part) { return has_delay(part, s); });

@@ -4,6 +4,7 @@
 
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
+#include "base/limits/stack.hpp"
 #include "base/text.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
@@ -31,6 +32,7 @@ class FractionReader {
  public:
   explicit FractionReader(Expr s) : s_(s) {}
   Fraction read(Expr e) const {
+    check_stack();
     if (e == s_) return {{0, 1}, {1}};
     if (!depends_on(e, s_)) return {e.is_zero() ? Polynomial{} : Polynomial{e}, {1}};
     switch (e.op()) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/error.hpp"
+#include "base/limits/stack.hpp"
 #include "base/text.hpp"
 #include "dae/model/equation_lines.hpp"
 #include "dae/model/forms.hpp"
@@ -39,6 +40,7 @@ class Collected {
 
  private:
   void add(Expr e, Expr sign) {
+    check_stack();
     switch (e.op()) {
       case Op::add:
         return add(e.operands()[0], sign), add(e.operands()[1], sign);
@@ -60,6 +62,7 @@ class Collected {
   }
 
   static void take_apart(Expr e, Expr& coefficient, Expr& motion) {
+    check_stack();
     if (e.op() == Op::mul) {
       take_apart(e.operands()[0], coefficient, motion);
       take_apart(e.operands()[1], coefficient, motion);

@@ -9,6 +9,7 @@
 #include <new>
 
 #include "base/error.hpp"
+#include "base/limits/stack.hpp"
 #include "lua/document/licences.hpp"
 #include "lua/session/state.hpp"
 #include "lua/session/testing.hpp"
@@ -124,6 +125,8 @@ int check_output(int status) {
 
 int main(int argc, char** argv) {
   using namespace pendula::shell;
+  pendula::raise_stack_limit();
+  catch_exhausted_stack();
   try {
     return check_output(dispatch(parse_options({argv, argv + argc})));
   } catch (const UsageError& e) {

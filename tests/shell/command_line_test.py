@@ -208,6 +208,20 @@ def test_output_that_goes_nowhere(terminal, home):
     check_in("cannot write standard output", result.stderr)
 
 
+def test_error_in_a_long_script(terminal, home):
+    script = os.path.join(home, "long.lua")
+    with open(script, "w") as file:
+        file.write("x = 1\n" * 500000 + "y = = 3\n")  # 3 MB; hints of what was meant look at the line alone
+    begin = time.monotonic()
+    result = run(script, expect=1)
+    check_in("long.lua:500001: ", result.stderr)
+    check(time.monotonic() - begin < PATIENCE / 3, True, "the error comes within seconds")
+    with open(script, "wb") as file:
+        file.write(b"\x1bLua")
+    result = run("test", script, expect=1)
+    check_in("long.lua: this is binary Lua code", result.stdout + result.stderr)
+
+
 def processor_seconds(command, environment, until=b""):
     """Of a program on a terminal, from fork until it has written this, or to its end."""
     pid, terminal = pty.fork()

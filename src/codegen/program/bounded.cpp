@@ -5,6 +5,7 @@
 #include <optional>
 #include <unordered_map>
 
+#include "base/limits/stack.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/graph/node_map.hpp"
 
@@ -96,11 +97,13 @@ class GrowsLike {
 
  private:
   bool sums(Expr e) {
+    check_stack();
     if (!is_sum(e.op())) return is_term(e, 1);
     const auto parts = e.operands();
     return sums(parts[0]) && (e.op() == Op::neg || sums(parts[1]));
   }
   bool is_term(Expr e, double scale) {
+    check_stack();
     if (const auto size = size_of(e)) return *size * scale <= largest_;
     if (e.op() == Op::mul) {
       if (const auto size = size_of(e.operand(0))) return is_term(e.operand(1), scale * *size);
@@ -146,6 +149,7 @@ class Bounded {
   explicit Bounded(const Growth& growth) : growth_(growth) {}
 
   Expr product(Expr e) const {
+    check_stack();
     if (!is_product(e)) return GrowsLike(growth_)(e) ? sum(e) : e;
     const Expr a = e.operand(0);
     if (e.op() == Op::neg) return -product(a);
@@ -155,6 +159,7 @@ class Bounded {
 
  private:
   Expr sum(Expr e) const {
+    check_stack();
     if (e.op() == Op::neg) return -sum(e.operand(0));
     if (!is_sum(e.op()) && e.op() != Op::mul && e.op() != Op::div) return held(e);
     const Expr a = e.operand(0), b = e.operand(1);

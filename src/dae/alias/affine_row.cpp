@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/limits/stack.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/graph/node_map.hpp"
 
@@ -24,6 +25,7 @@ int UnknownNumbers::of(Expr leaf) const {
 }
 
 Expr scaled(Expr a, Expr b) {
+  check_stack();
   if (a.is_one()) return b;
   if (b.is_one()) return a;
   if (a == Expr(-1)) return -b;

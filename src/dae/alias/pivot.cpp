@@ -4,12 +4,14 @@
 #include <unordered_map>
 #include <vector>
 
+#include "base/limits/stack.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/graph/depends_on.hpp"
 
 namespace pendula::dae {
 
 static bool is_nonzero_product(const Model& model, Expr c) {
+  check_stack();
   if (c.is_constant()) return constant_value(c) != 0;
   if (c.is_symbol()) {
     if (symbol_of(c).kind == Kind::constant) return true;

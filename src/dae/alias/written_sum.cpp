@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <unordered_map>
 
+#include "base/limits/stack.hpp"
 #include "dae/alias/affine_row.hpp"
 
 namespace pendula::dae {
@@ -49,6 +50,7 @@ class WrittenSum {
  private:
   /// The summands of a coefficient, each with its sign.
   void split(Expr c, bool minus, std::size_t term) {
+    check_stack();
     if (c.op() == Op::neg) {
       split(c.operand(0), !minus, term);
     } else if (c.op() == Op::add || c.op() == Op::sub) {

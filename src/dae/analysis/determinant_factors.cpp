@@ -4,6 +4,7 @@
 #include <unordered_set>
 
 #include "base/error.hpp"
+#include "base/limits/stack.hpp"
 #include "base/text.hpp"
 #include "dae/model/parameter_values.hpp"
 #include "dae/points/consistent_point_rank.hpp"
@@ -32,6 +33,7 @@ class Signs {
     }
     const auto it = known_.find(e);
     if (it != known_.end()) return it->second;
+    check_stack();
     return known_[e] = decide(e);
   }
 
@@ -62,7 +64,7 @@ class Signs {
     }
   }
   /// a, b: the signs of what e adds.
-  static int sum(int a, int b, Expr e) {
+  int sum(int a, int b, Expr e) {
     if (a != 0 && b != 0 && (a > 0) == (b > 0)) return std::abs(a) > std::abs(b) ? a : b;
     for (const auto& [sign, number, other] :
          {std::tuple(a, e.operand(0), e.operand(1)), std::tuple(b, e.operand(1), e.operand(0))}) {
@@ -73,10 +75,16 @@ class Signs {
     return 0;
   }
   /// Of |e|, as far as sines and the like tell.
-  static double bound(Expr e) {
+  double bound(Expr e) {
+    if (e.is_constant()) return std::fabs(constant_value(e));
+    if (e.is_symbol()) return std::numeric_limits<double>::infinity();
+    const auto it = bounds_.find(e);
+    if (it != bounds_.end()) return it->second;
+    check_stack();
+    return bounds_[e] = decide_bound(e);
+  }
+  double decide_bound(Expr e) {
     switch (e.op()) {
-      case Op::constant:
-        return std::fabs(constant_value(e));
       case Op::sin:
       case Op::cos:
       case Op::tanh:
@@ -106,10 +114,12 @@ class Signs {
   }
 
   std::unordered_map<Expr, int> known_;
+  std::unordered_map<Expr, double> bounds_;
 };
 
 /// What must not vanish so that e does not.
 void split(Expr e, std::vector<Expr>& factors, Signs& signs) {
+  check_stack();
   if (std::abs(signs.of(e)) == 2) return;
   if (!e.is_symbol()) switch (e.op()) {
       case Op::neg:

@@ -4,6 +4,7 @@
 #include <unordered_set>
 
 #include "base/error.hpp"
+#include "base/limits/stack.hpp"
 #include "base/text.hpp"
 #include "dae/model/derivation_markup.hpp"
 #include "dae/model/equation_lines.hpp"
@@ -202,6 +203,7 @@ static std::vector<Block> algebraic_blocks(const Model& m) {
 
 /// (a + b)/m as a/m + b/m.
 static Expr distributed(Expr above, Expr below) {
+  check_stack();
   switch (above.op()) {
     case Op::add:
       return distributed(above.operand(0), below) + distributed(above.operand(1), below);

@@ -6,6 +6,7 @@
 #include <span>
 #include <unordered_set>
 
+#include "base/limits/stack.hpp"
 #include "expr/graph/graph.hpp"
 #include "expr/graph/node_map.hpp"
 
@@ -38,6 +39,7 @@ class Occurrence {
     Expr slope, rest;
   };
   std::optional<Line> line(Expr e) {
+    check_stack();
     if (!any(e)) return Line{Expr(0), e};
     if (e.is_symbol()) return Line{Expr(1), Expr(0)};
     if (e.op() != Op::add && e.op() != Op::sub && e.op() != Op::neg && e.op() != Op::mul && e.op() != Op::div)

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/limits/stack.hpp"
 #include "base/text.hpp"
 #include "dae/model/lineage.hpp"
 #include "expr/graph/derivative.hpp"
@@ -55,6 +56,7 @@ std::optional<Found> piece_of(Expr node) {
 
 /// w where √e = |w|: e = v², v⁶, c v². A constant where there is none.
 Expr root_of_square(Expr e) {
+  check_stack();
   if (e.is_constant() || e.is_symbol()) return {};
   if (e.op() == Op::mul && e.operand(0) == e.operand(1)) return e.operand(0);
   for (const int k : {0, 1})

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/limits/stack.hpp"
 #include "expr/graph/depends_on.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/rewrite/rewrite.hpp"
@@ -52,6 +53,7 @@ std::optional<std::pair<Expr, Expr>> line(Expr e) {
 class Reader {
  public:
   std::optional<Forcing> read(Expr e) {
+    check_stack();
     if (!varies(e)) return constant(e);
     if (e == time_symbol()) return Forcing{{1, 0, 0, 1, 0}};
     switch (e.op()) {

@@ -4,6 +4,7 @@
 
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
+#include "base/limits/stack.hpp"
 #include "base/text.hpp"
 #include "dae/pencil/pencil.hpp"
 #include "expr/generic/generic.hpp"
@@ -24,6 +25,7 @@ std::optional<mpq_class> rational(Expr e) {
 
 /// Terms of a sum as it was written.
 void terms_of(Expr e, std::vector<Expr>& terms) {
+  check_stack();
   if (e.op() == Op::add || e.op() == Op::sub) {
     terms_of(e.operand(0), terms);
     terms_of(e.operand(1), terms);

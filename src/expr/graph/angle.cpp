@@ -3,6 +3,7 @@
 #include <array>
 
 #include "base/error.hpp"
+#include "base/limits/stack.hpp"
 #include "base/text.hpp"
 
 namespace pendula {
@@ -80,6 +81,7 @@ std::optional<Expr> tangent(const mpq_class& half_turns) {
 }  // namespace
 
 std::optional<mpq_class> half_turns(Expr e) {
+  check_stack();
   if (e == pi()) return mpq_class(1);
   if (e.is_zero()) return mpq_class(0);
   if (e.op() == Op::neg) {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "base/limits/stack.hpp"
+
 namespace pendula {
 namespace {
 
@@ -15,6 +17,7 @@ bool is_fraction(const Factor& f) { return f.exponent.get_den() != 1; }
 
 /// A power of a root as one power: (√a)³ as a^(3/2), but √(a²) as it is.
 Factor factor_of(Expr e) {
+  check_stack();
   mpq_class outer(1, 2);
   if (e.op() == Op::pow) {
     const mpq_class* n = exact_value(e.operand(1));

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/interrupt.hpp"
+#include "base/limits/stack.hpp"
 
 namespace pendula {
 
@@ -22,6 +23,7 @@ Expr TaylorSeries::derivative(Expr e, int k) {
 }
 
 Expr TaylorSeries::coefficient(Expr e, int k) {
+  check_stack();
   if (e.is_constant()) return k == 0 ? e : Expr(0);
   const auto known = [&] { return static_cast<int>(series_[e].size()); };
   for (int order = known(); order <= k; ++order) {

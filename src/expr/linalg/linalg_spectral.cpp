@@ -4,6 +4,7 @@
 
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
+#include "base/limits/stack.hpp"
 #include "base/text.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/graph/rational.hpp"
@@ -62,6 +63,7 @@ struct Scaled {
 
 /// -2·x/3 -> (-2/3, x)
 std::pair<mpq_class, Expr> split(Expr e) {
+  check_stack();
   if (const mpq_class* q = exact_value(e)) return {*q, 1};
   if (e.op() == Op::neg) {
     auto [q, core] = split(e.operand(0));

@@ -6,6 +6,7 @@
 
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
+#include "base/limits/stack.hpp"
 #include "base/text.hpp"
 #include "expr/polynomial/polynomial.hpp"
 
@@ -16,6 +17,7 @@ namespace {
 constexpr std::size_t most_generators = 32, most_terms = 600, most_factored_terms = 120;
 constexpr double most_expanded = 20'000;
 constexpr long highest_power = 40, most_factored_degree = 24;
+constexpr int deepest = 2000;  // sums in sums; mostly they have more than most_terms then
 
 /// Numerator and denominator; not necessarily coprime.
 struct Fraction {
@@ -44,6 +46,7 @@ class Conversion {
   }
 
   Fraction fraction(SumId s) {
+    check_stack();
     if (const auto known = known_.find(s); known != known_.end()) return known->second;
     Fraction sum{constant(0), constant(1)};
     for (const Term& t : forms_.sum(s)) {
@@ -92,7 +95,9 @@ class Conversion {
   }
 
   /// Notes the generators; of a root the least common denominator of its exponents.
-  void visit(SumId s) {
+  void visit(SumId s, int depth = 0) {
+    if (depth > deepest) throw Unsuitable();
+    check_stack();
     if (!seen_.insert({s, true}).second) return;
     if (forms_.sum(s).size() > most_terms) throw Unsuitable();
     for (const Term& t : forms_.sum(s)) {
@@ -101,7 +106,7 @@ class Conversion {
         if (abs(f.exponent) > highest_power || !f.exponent.get_den().fits_slong_p()) throw Unsuitable();
         const Atom& a = forms_.atom(f.atom);
         if (a.kind == AtomKind::opaque) throw Unsuitable();
-        if (a.kind == AtomKind::sum) visit(a.args[0]);
+        if (a.kind == AtomKind::sum) visit(a.args[0], depth + 1);
         if (is_inner_sum(f)) continue;
         auto [at, added] = generators_.insert({f.atom, 1});
         mpz_class common;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/error.hpp"
+#include "base/limits/stack.hpp"
 #include "base/text.hpp"
 #include "expr/polynomial/rational_form.hpp"
 #include "expr/print/print.hpp"
@@ -27,6 +28,7 @@ bool has_quotient(Expr e, bool by_sum_only) {
 
 /// Whether a factor of numerator or denominator is a sum with such quotients in it.
 bool is_nested(Expr e, bool below = false) {
+  check_stack();
   switch (e.op()) {
     case Op::neg:
       return is_nested(e.operands()[0], below);

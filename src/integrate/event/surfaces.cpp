@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/limits/stack.hpp"
 #include "dae/analysis/determinant_factors.hpp"
 #include "expr/print/print.hpp"
 #include "integrate/event/border_smoothness.hpp"
@@ -24,6 +25,7 @@ bool is_even_power(Expr e) {
 
 /// For every value of its leaves, as far as its form tells.
 bool never_negative(Expr e) {
+  check_stack();
   if (e.is_constant()) return constant_value(e) >= 0;
   const bool square = e.op() == Op::mul && e.operand(0) == e.operand(1);
   if (square || is_even_power(e) || e.op() == Op::exp || e.op() == Op::sqrt) return true;
@@ -55,6 +57,7 @@ bool is_function(Expr e, Op op) { return !e.is_constant() && !e.is_symbol() && e
 
 /// v where √e = |v| …: e = v², v⁶, c v².
 Expr base_of_square(Expr e) {
+  check_stack();
   if (e.is_constant() || e.is_symbol()) return {};
   if (e.op() == Op::mul && e.operand(0) == e.operand(1)) return e.operand(0);
   if (e.op() == Op::mul && e.operand(0).is_constant()) return base_of_square(e.operand(1));

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/interrupt.hpp"
+#include "base/limits/stack.hpp"
 #include "lua/core/documentation.hpp"
 #include "lua/core/interrupts.hpp"
 #include "lua/core/memory.hpp"
@@ -98,6 +99,7 @@ int trampoline(lua_State* L) {
   const Row& row = *static_cast<const Row*>(lua_touserdata(L, lua_upvalueindex(1)));
   try {
     poll_interrupt();
+    check_stack();  // of callbacks in callbacks
     if (Running::none()) begin_window_if_grown(L);
     const Running running;
     luaL_checkstack(L, 40, "too many arguments");

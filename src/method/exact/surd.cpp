@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/limits/stack.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -100,6 +101,7 @@ Real Surd::real(mp_bitcnt_t bits) const {
 }
 
 std::optional<Surd> exact_surd(Expr e) {
+  check_stack();
   if (e.is_constant()) {
     double error = 0;
     const mpq_class* exact = exact_value(e);

@@ -10,6 +10,7 @@
 #include "base/files/draft.hpp"
 #include "base/files/temporary.hpp"
 #include "base/interrupt.hpp"
+#include "base/limits/stack.hpp"
 
 namespace pendula::shell {
 namespace {
@@ -64,6 +65,19 @@ extern "C" void end_without_drafts(int signal) {
   raise(signal);  // its action is the default one again
 }
 
+/// A recursion that does not ask how much of the stack is left has come to its end: there is none to go on with.
+extern "C" void end_without_stack(int signal, siginfo_t* info, void*) {
+  if (is_beyond_stack(info->si_addr)) {
+    constexpr char text[] =
+        "pendula: the stack is used up, something is nested too deeply for it; a larger one is given by "
+        "'ulimit -s unlimited' before the program starts\n";
+    (void)!write(STDERR_FILENO, text, sizeof text - 1);
+    remove_unfinished_files();
+    _exit(1);
+  }
+  raise(signal);  // its action is the default one again
+}
+
 /// Without SA_RESTART: a script that waits for input must notice Ctrl-C too.
 void handle(int signal, void (*handler)(int), int flags = 0) {
   struct sigaction action = {};
@@ -91,6 +105,17 @@ void catch_interrupt_in_script() {
 void catch_interrupt_in_session() {
   catch_end();
   handle(SIGINT, on_interrupt_again);
+}
+void catch_exhausted_stack() {
+#ifndef __SANITIZE_ADDRESS__  // which reports it itself
+  alignas(16) static std::array<char, 64 * 1024> memory;
+  const stack_t stack{memory.data(), 0, memory.size()};
+  struct sigaction action = {};
+  action.sa_sigaction = end_without_stack;
+  action.sa_flags = SA_SIGINFO | SA_ONSTACK | SA_RESETHAND;
+  sigemptyset(&action.sa_mask);
+  if (sigaltstack(&stack, nullptr) == 0) sigaction(SIGSEGV, &action, nullptr);
+#endif
 }
 void catch_broken_pipe() { handle(SIGPIPE, leave_broken_pipe, SA_RESTART); }
 

@@ -73,6 +73,34 @@ char separator_of(const std::string& line) {
   return ' ';
 }
 
+/// Where commas may be decimal commas, points beside them say that they separate thousands: neither is guessed.
+class DecimalSigns {
+ public:
+  explicit DecimalSigns(const std::string& path) : path_(path) {}
+  /// Throws Error at the first number that is written in another way than those before it.
+  void look(const std::string& word, std::size_t line) {
+    for (const char sign : {',', '.'}) {
+      if (word.find(sign) == std::string::npos) continue;
+      Seen& own = sign == ',' ? comma_ : point_;
+      const Seen& other = sign == ',' ? point_ : comma_;
+      if (own.line == 0) own = {word, line};
+      if (other.line != 0)
+        throw Error(
+            text(path_, ":", line, ": '", word, "' beside '", other.word, "' in line ", other.line,
+                 ": a comma is the decimal sign here (between semicolons or tabs) where no number has a "
+                 "point; leave out the signs between thousands"));
+    }
+  }
+
+ private:
+  struct Seen {
+    std::string word;
+    std::size_t line = 0;
+  };
+  const std::string& path_;
+  Seen comma_, point_;
+};
+
 struct Lines {
   std::vector<std::string> text;
   std::vector<std::size_t> number;
@@ -171,6 +199,7 @@ FileColumns parse_table(const std::string& content, const std::string& path) {
     table.names.push_back("column" + std::to_string(j + 1));
   table.columns.resize(table.names.size());
   if (row == lines.text.size()) throw Error(text(path, " holds a header line but no data"));
+  DecimalSigns signs(path);
   for (; row < lines.text.size(); ++row) {
     std::vector<std::string> words = fields(lines.text[row], separator);
     if (words.size() == table.names.size() + 1 && words.back().empty())
@@ -185,6 +214,7 @@ FileColumns parse_table(const std::string& content, const std::string& path) {
       if (!read_number(words[j], comma, value))
         throw Error(text(path, ":", lines.number[row], ": '", words[j], "' in column ", table.names[j],
                          " is not a number"));
+      if (comma && !is_missing(words[j])) signs.look(words[j], lines.number[row]);
       table.columns[j].push_back(value);
     }
   }

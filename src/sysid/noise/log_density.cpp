@@ -1,5 +1,6 @@
 // ln f as an expression that does not pass through f: in the tails exp(-e²/2) underflows long before its
 // logarithm says anything unusual.
+#include "base/limits/stack.hpp"
 #include "expr/graph/graph.hpp"
 #include "sysid/noise/likelihood.hpp"
 
@@ -15,6 +16,7 @@ bool even_power(Expr e) {
 }
 
 bool nonnegative(Expr e) {
+  check_stack();
   if (positive(e) || even_power(e)) return true;
   switch (e.op()) {
     case Op::constant:
@@ -35,6 +37,7 @@ bool nonnegative(Expr e) {
 
 /// For every value of the symbols, as far as the form shows it.
 bool positive(Expr e) {
+  check_stack();
   switch (e.op()) {
     case Op::constant:
       return constant_value(e) > 0;
@@ -61,6 +64,7 @@ bool positive(Expr e) {
 }  // namespace
 
 Expr log_density(Expr f) {
+  check_stack();
   switch (f.op()) {
     case Op::exp:
       return f.operand(0);

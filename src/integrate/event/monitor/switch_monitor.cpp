@@ -4,6 +4,7 @@
 #include <cmath>
 #include <unordered_set>
 
+#include "base/limits/stack.hpp"
 #include "expr/graph/derivative.hpp"
 #include "integrate/event/monitor/guards.hpp"
 #include "integrate/event/monitor/monitor.hpp"
@@ -25,6 +26,7 @@ struct Sum {
 };
 
 void collect(Expr e, bool negative, const Problem& problem, Sum& sum) {
+  check_stack();
   if (!e.is_constant() && !e.is_symbol() && (e.op() == Op::add || e.op() == Op::sub)) {
     collect(e.operand(0), negative, problem, sum);
     collect(e.operand(1), negative != (e.op() == Op::sub), problem, sum);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/limits/stack.hpp"
 #include "base/text.hpp"
 #include "expr/print/print.hpp"
 #include "lua/core/objects.hpp"
@@ -67,6 +68,7 @@ static Expr sign_of_part(Expr part, const char* function) {
 
 /// Negative where the condition holds, with a root where it begins or ends; what is no condition as it is.
 static Expr sign_of(Expr condition) {
+  check_stack();
   if (condition.is_symbol() || condition.is_constant()) return condition;
   switch (condition.op()) {
     case Op::lt:

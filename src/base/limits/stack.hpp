@@ -1,0 +1,30 @@
+// The stack under recursions whose depth the user decides: nested expressions, functions that call each other.
+//
+// Instead of running into its end, which kills the program, such a recursion asks at every level whether there is
+// room left. Passes over a whole graph do not need it: they are loops over `topological`.
+#pragma once
+
+#include <cstddef>
+
+namespace pendula {
+
+/// Lets the stack of the main thread grow to 64 MB where the limits of the system allow it; memory is used only as it
+/// is touched. For the beginning of a program.
+void raise_stack_limit() noexcept;
+
+/// Below this address a recursion ends; not yet known where it is the highest address of all, none in threads other
+/// than the first.
+extern constinit thread_local const std::byte* stack_floor;
+
+/// Where a page is missing, is it one that the stack of the main thread may not have? Async-signal-safe.
+bool is_beyond_stack(const void* address) noexcept;
+
+[[gnu::cold]] void look_at_stack(const void* frame);
+
+/// Throws Failure where three quarters of the stack are used, or all but 512 kB. Cost: one comparison.
+[[gnu::always_inline]] inline void check_stack() {
+  const void* frame = __builtin_frame_address(0);
+  if (frame < stack_floor) look_at_stack(frame);
+}
+
+}  // namespace pendula
