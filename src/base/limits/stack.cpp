@@ -1,10 +1,11 @@
 #include "base/limits/stack.hpp"
 
+#include <pthread.h>
 #include <sys/auxv.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 
 #include "base/error.hpp"
@@ -20,20 +21,41 @@ constexpr rlim_t largest = 1024 * 1024 * KiB;  // of "unlimited": then it is mem
 // What is called from the last level: GMP takes up to 64 kB and Eigen up to 128 kB for their temporaries.
 constexpr rlim_t reserve = 512 * KiB;
 
-const std::byte* const unknown = reinterpret_cast<const std::byte*>(UINTPTR_MAX);
-
 rlim_t stack_size() {
   rlimit limit{};
   if (getrlimit(RLIMIT_STACK, &limit) != 0) return 0;
   return std::min(limit.rlim_cur, largest);
 }
 
+struct Stack {
+  const std::byte* end;  ///< its lowest address
+  rlim_t size;           ///< 0: not known
+};
+
+/// Of a thread that is not the first, or of a process that was forked in one.
+Stack stack_of_thread() {
+  pthread_attr_t attributes;
+  void* end = nullptr;
+  std::size_t size = 0;
+  if (pthread_getattr_np(pthread_self(), &attributes) != 0) return {};
+  if (pthread_attr_getstack(&attributes, &end, &size) != 0) size = 0;
+  pthread_attr_destroy(&attributes);
+  return {static_cast<const std::byte*>(end), size};
+}
+
 /// The name of the program is the last thing that the kernel writes at the beginning of the stack.
 const std::byte* stack_top() { return reinterpret_cast<const std::byte*>(getauxval(AT_EXECFN)); }
 
+Stack stack_of(const void* frame) {
+  const rlim_t size = stack_size();
+  const auto* at = static_cast<const std::byte*>(frame);
+  const bool is_first = at <= stack_top() && at >= stack_top() - size;
+  return is_first ? Stack{stack_top() - size, size} : stack_of_thread();
+}
+
 }  // namespace
 
-constinit thread_local const std::byte* stack_floor = reinterpret_cast<const std::byte*>(-1);
+constinit thread_local std::uintptr_t stack_floor = UINTPTR_MAX;
 
 void raise_stack_limit() noexcept {
 #ifndef __SANITIZE_ADDRESS__  // which asks for the limit once, at the beginning
@@ -42,7 +64,7 @@ void raise_stack_limit() noexcept {
   limit.rlim_cur = std::min(wanted, limit.rlim_max);
   setrlimit(RLIMIT_STACK, &limit);
 #endif
-  stack_floor = unknown;
+  stack_floor = UINTPTR_MAX;  // to be found out
 }
 
 bool is_beyond_stack(const void* address) noexcept {
@@ -53,13 +75,11 @@ bool is_beyond_stack(const void* address) noexcept {
 }
 
 void look_at_stack(const void* frame) {
-  if (stack_floor == unknown) {
-    const rlim_t size = stack_size();
-    const bool main_thread = getpid() == gettid();
-    stack_floor = main_thread && size > 0 ? stack_top() - size + std::min(reserve, size / 4) : nullptr;
-  }
-  if (frame >= stack_floor) return;
-  throw Failure(text("nested too deeply for a stack of ", stack_size() / KiB,
+  const Stack stack = stack_of(frame);
+  const auto end = reinterpret_cast<std::uintptr_t>(stack.end);
+  stack_floor = stack.size > 0 ? end + std::min(reserve, stack.size / 4) : 0;
+  if (reinterpret_cast<std::uintptr_t>(frame) >= stack_floor) return;
+  throw Failure(text("nested too deeply for a stack of ", stack.size / KiB,
                      " kB: name inner parts as unknowns of their own (w ~ ...), or give the program ",
                      "a larger stack (ulimit -s unlimited, before it starts)"));
 }

@@ -4,7 +4,7 @@
 // room left. Passes over a whole graph do not need it: they are loops over `topological`.
 #pragma once
 
-#include <cstddef>
+#include <cstdint>
 
 namespace pendula {
 
@@ -12,9 +12,8 @@ namespace pendula {
 /// is touched. For the beginning of a program.
 void raise_stack_limit() noexcept;
 
-/// Below this address a recursion ends; not yet known where it is the highest address of all, none in threads other
-/// than the first.
-extern constinit thread_local const std::byte* stack_floor;
+/// Below this address a recursion ends; of each thread. The highest address of all: it is not yet known.
+extern constinit thread_local std::uintptr_t stack_floor;
 
 /// Where a page is missing, is it one that the stack of the main thread may not have? Async-signal-safe.
 bool is_beyond_stack(const void* address) noexcept;
@@ -24,7 +23,7 @@ bool is_beyond_stack(const void* address) noexcept;
 /// Throws Failure where three quarters of the stack are used, or all but 512 kB. Cost: one comparison.
 [[gnu::always_inline]] inline void check_stack() {
   const void* frame = __builtin_frame_address(0);
-  if (frame < stack_floor) look_at_stack(frame);
+  if (reinterpret_cast<std::uintptr_t>(frame) < stack_floor) look_at_stack(frame);
 }
 
 }  // namespace pendula
