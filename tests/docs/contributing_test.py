@@ -228,6 +228,8 @@ def compile_in(scratch, commands, file, like=None, target=None):
     words = [word.replace(ROOT + "/src", scratch + "/src") for word in words]
     words = [os.path.join(scratch, file) if word in (original, original.replace(ROOT + "/src", scratch + "/src"))
              else word for word in words]
+    # A header precompiled by clang holds headers of the tree itself, which are not those of the scratch copy.
+    words = shlex.split(re.sub(r"-Xclang -include(-pch)? -Xclang \S+ ?", "", shlex.join(words)))
     words[words.index("-o") + 1] = target or "/dev/null"
     # Precompiled headers keep their level; where only the syntax is read nothing is optimised.
     quick = ["-O0"] if target and "-include-pch" not in words else []
