@@ -111,6 +111,11 @@ local function range_option(chosen, name)
   return { tonumber(range[1]), tonumber(range[2]) }
 end
 
+local function arrows_option(n)
+  if n >= 1 and n <= 1000 then return n end
+  fail(("phase: n = %s; it must be a whole number of arrows from 1 to 1000"):format(n))
+end
+
 doc { name = "phase", module = "plot", sig = "phase(sys, x, y, { xlim =, ylim =, start =, … }) -> figure",
   text = "The phase portrait of a model with two states: the field of directions, the nullclines x′ = 0 and "
     .. "y′ = 0, "
@@ -134,7 +139,7 @@ doc { name = "phase", module = "plot", sig = "phase(sys, x, y, { xlim =, ylim =,
     local xlim, ylim = range_option(chosen, "xlim"), range_option(chosen, "ylim")
     local middle = { [x] = between(xlim, 1, 1), [y] = between(ylim, 1, 1) }
     local f, g = velocity(model, x, y, model:init { fix = middle, params = chosen.params })
-    local series = { arrows(f, g, xlim, ylim, chosen.n or 20) }
+    local series = { arrows(f, g, xlim, ylim, arrows_option(chosen.n or 20)) }
     if chosen.nullclines ~= false then
       series[#series + 1] = nullcline(f, xlim, ylim, tostring(der(x)) .. " = 0", "#D55E00")
       series[#series + 1] = nullcline(g, xlim, ylim, tostring(der(y)) .. " = 0", "#009E73")

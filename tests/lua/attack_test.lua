@@ -77,3 +77,14 @@ test("commas in a file are not guessed to be what they may not be", function()
   expect(function() read "u;y\n0.5;1\n1;1,234\n" end):fails ":3: '1,234' beside '0.5' in line 2"
   os.remove(file)
 end)
+
+test("searching a derivation fails where it was called", function()
+  local x = var "x_found"
+  local story = dae { der(x, 2) ~ -x }:reduce():trace()
+  for _, f in ipairs { function() story:find "[" end, function() story:match() end,
+    function() story:gsub("a", true) end, function() story:gsub("%a", function() error "mine" end) end } do
+    local _, message = pcall(f)
+    expect(message):matches "attack_test.lua:%d+: "
+    expect(select(2, message:gsub("attack_test", ""))):equals(1)
+  end
+end)

@@ -354,6 +354,10 @@ test("options and tables of functions written in Lua are looked at before they a
   fails("whole number of cells", contour, { 0, 1 }, { 0, 1 }, function(a, b) return a*b end, { n = 0/0 })
   fails("two frequencies", random_process, { band = { 0.1, print }, std = 2 })
   fails("missing", phase, dae { der(x) ~ y, der(y) ~ -x }, { x = { {}, 1 }, y = { 0, 1 } })
+  for _, n in ipairs { math.maxinteger, 0, -3 } do
+    fails("whole number of arrows", phase, dae { der(x) ~ y, der(y) ~ -x }, x, y,
+      { xlim = { -1, 1 }, ylim = { -1, 1 }, n = n })
+  end
 end)
 
 test("systems without states, lists of parts that contain themselves", function()

@@ -29,6 +29,7 @@ WORK = (
     'while true do ring:reduce() end',
     'expand((x + y + z + 1)^90)',
     'for i = 1, 1e9 do simplify(sin(x)^2 + cos(x)^2 + i) end',
+    'local e = x for i = 1, 60000 do e = sin(e) end local d = diff(e, x) while true do tostring(d) end',
     'sweep(fall, { start = { x = 1, v = 0 }, to = 300, params = { k = normal(1, 0.1) }, runs = 100000 })',
     'parallel_calls(1000, function(i) local s = 0 for j = 1, 1e8 do s = s + j end return s end)',
     'while true do arx(d, { na = 8, order = 8 }) end',

@@ -2,6 +2,7 @@
 // the order of declaration of the symbols, never on the ids of operations.
 #include <numeric>
 
+#include "base/interrupt.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/normal/normal.hpp"
 
@@ -68,6 +69,7 @@ int NormalForms::compare(AtomId a, AtomId b, int depth) const {
 }
 
 int NormalForms::compare_sums(SumId s, SumId t, int depth) const {
+  poll_interrupt();  // hundreds of thousands of factors that are nested deeply are sorted for minutes
   if (s == t) return 0;
   if (sum(s).size() != sum(t).size()) return three_way(sum(s).size(), sum(t).size());
   if (sum(s).size() > 64) return three_way(s, t);

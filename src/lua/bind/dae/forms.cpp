@@ -135,7 +135,13 @@ int string_function(Call& call, const char* name) {
   const int function = lua_gettop(L);
   lua_pushlstring(L, derivation.data(), derivation.size());
   for (int i = 2; i <= arguments; ++i) lua_pushvalue(L, i);
-  protected_call(L, arguments, LUA_MULTRET);
+  const bool calls_back = lua_isfunction(L, 3);  // gsub: its errors have their own place
+  try {
+    protected_call(L, arguments, LUA_MULTRET);
+  } catch (const LuaError& e) {
+    if (calls_back) throw;
+    throw Error(e.what());  // with the place of this call, which string.find does not see
+  }
   return lua_gettop(L) - function + 1;
 }
 int trace_find(Call& call) { return string_function(call, "find"); }
