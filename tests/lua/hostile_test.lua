@@ -386,3 +386,12 @@ test("compiled functions at no points give no values", function()
   end
   expect(function() product(vec { 1, 2 }, vec {}) end):fails "argument 'y' has 0 points, another one 2"
 end)
+
+test("an error of the library's own depth names the line at once", function()
+  local x, begin = var "x_own", os.clock()
+  local e = x
+  for _ = 1, 200000 do e = x*(e + 1) end
+  local _, message = pcall(integral, e, x)  -- or a result
+  expect(tostring(message):find "stdlib/"):equals(nil)
+  expect(os.clock() - begin < 20):is_true()
+end)

@@ -167,16 +167,37 @@ std::string shown_name(const std::string& row_name) {
   return found == operators.end() ? member : found->second;
 }
 
+static bool is_ours(const lua_Debug& frame) { return std::strncmp(frame.source, "=stdlib/", 8) == 0; }
+
+/// The level of the nearest line of a user's code; the number of levels where there is none.
+static int user_level(lua_State* L) {
+  lua_Debug frame;
+  const auto is_behind = [&](int level) {  // the functions of the library that are running
+    if (lua_getstack(L, level, &frame) == 0) return true;
+    lua_getinfo(L, "Sl", &frame);
+    return frame.currentline > 0 && !is_ours(frame);
+  };
+  constexpr int near = 1000;
+  for (int level = 0; level < near; ++level)
+    if (is_behind(level)) return level;
+  // A function of the library that calls itself 100 000 times. lua_getstack counts from the top, so that to look at
+  // all levels would cost their square.
+  int inside = near - 1, behind = 2 * near;
+  while (!is_behind(behind)) inside = std::exchange(behind, 2 * behind);
+  while (behind - inside > 1) {
+    const int middle = inside + (behind - inside) / 2;
+    (is_behind(middle) ? behind : inside) = middle;
+  }
+  return behind;
+}
+
 std::string user_position(lua_State* L) {
   lua_Debug frame;
-  for (int level = 0; lua_getstack(L, level, &frame) != 0; ++level) {
-    lua_getinfo(L, "Sl", &frame);
-    if (frame.currentline <= 0 || std::strncmp(frame.source, "=stdlib/", 8) == 0) continue;
-    // Lua cuts short_src at 60 characters; a file name stays whole, so that editors can jump to it.
-    const char* source = frame.source[0] == '@' ? frame.source + 1 : frame.short_src;
-    return text(source, ":", frame.currentline, ": ");
-  }
-  return "";
+  if (lua_getstack(L, user_level(L), &frame) == 0) return "";
+  lua_getinfo(L, "Sl", &frame);
+  // Lua cuts short_src at 60 characters; a file name stays whole, so that editors can jump to it.
+  const char* source = frame.source[0] == '@' ? frame.source + 1 : frame.short_src;
+  return text(source, ":", frame.currentline, ": ");
 }
 
 static  /// What Lua's own words do not tell somebody who called or measured a value of the wrong kind.
@@ -216,11 +237,11 @@ std::string blamed_on_caller(lua_State* L, const std::string& message) {
   const std::string what = message.substr(end + 2);
   std::string name;
   lua_Debug frame;
-  for (int level = 0; lua_getstack(L, level, &frame) != 0; ++level) {
-    lua_getinfo(L, "Sln", &frame);
-    const bool ours = std::strncmp(frame.source, "=stdlib/", 8) == 0;
-    if (frame.currentline > 0 && !ours) break;
-    if (ours) name = frame.name ? frame.name : "";  // of the outermost one; unknown after a tail call
+  for (int level = user_level(L) - 1; level >= 0 && lua_getstack(L, level, &frame) != 0; --level) {
+    lua_getinfo(L, "Sn", &frame);
+    if (!is_ours(frame)) continue;
+    name = frame.name ? frame.name : "";  // of the outermost one; unknown after a tail call
+    break;
   }
   if (!what.starts_with("attempt to ")) return user_position(L) + what;  // it was written for a person
   if (name.empty()) return text(user_position(L), "an argument does not fit: ", what);
