@@ -9,9 +9,8 @@
 //
 //   extern const Module dae_module = {"dae", "Differential-algebraic equations", {
 //       {"model:reduce", reduce, "sys:reduce([form]) -> model",
-//        R"(Lowers the index to 1 by differentiating the equations that hide
-//        constraints. What the derivatives
-//           lose is kept as a condition on the start.)",
+//        R"(Lowers the index to 1 by differentiating the equations that hide constraints. The constraints
+//           themselves are kept as conditions on the start.)",
 //        R"(
 //          x, y = vars "x y"
 //          print(dae{ der(x) ~ y, x ~ sin(t) }:reduce():index()))",
