@@ -1,11 +1,6 @@
-// The `matrix factors` module: decompositions of matrices of numbers, in doubles.
-#include <cmath>
-
-#include "base/decompositions.hpp"
-#include "base/interrupt.hpp"
-#include "base/stoppable.hpp"
+// The `matrix factors` module: decompositions of matrices of numbers (src/expr/linalg/matrix_factors).
+#include "expr/linalg/matrix_factors.hpp"
 #include "base/text.hpp"
-#include "expr/linalg/linalg.hpp"
 #include "lua/bind/expr/matrix.hpp"
 
 namespace pendula::lua {
@@ -25,148 +20,42 @@ Mat finite_square(Call& call, int i, const char* name) {
   return A;
 }
 
-/// Of a factorisation: `factor` times the longer size of A times the square of the shorter one.
-double operations(const Mat& A, double factor) {
-  const double longer = static_cast<double>(std::max(A.rows(), A.cols()));
-  const double shorter = static_cast<double>(std::min(A.rows(), A.cols()));
-  return factor * longer * shorter * shorter;
-}
-
-/// A = U diag(s) Vᵀ with as many columns as the smaller size of A; the largest entry of
-/// every column of V is positive.
-struct SingularValues {
-  explicit SingularValues(const Mat& A) {
-    const std::vector<Mat> parts = stoppable(operations(A, 40), [&] {
-      const Eigen::BDCSVD<Mat> svd(A, Eigen::ComputeThinU | Eigen::ComputeThinV);
-      if (svd.info() != Eigen::Success) throw Error("the singular values did not converge");
-      return std::vector<Mat>{svd.matrixU(), svd.matrixV(), svd.singularValues()};
-    });
-    U = parts[0];
-    V = parts[1];
-    s = parts[2];
-    for (Eigen::Index k = 0; k < V.cols(); ++k) {
-      Eigen::Index largest = 0;
-      V.col(k).cwiseAbs().maxCoeff(&largest);
-      if (V(largest, k) > 0) continue;
-      V.col(k) = -V.col(k);
-      U.col(k) = -U.col(k);
-    }
-  }
-  /// Singular values above rounding: the largest size of A times ε times the largest of them (Golub & Van
-  /// Loan, Matrix Computations, §5.4.1).
-  Eigen::Index rank(const Mat& A) const {
-    const double least = static_cast<double>(std::max(A.rows(), A.cols())) * 2.220446049250313e-16 * s[0];
-    return (s.array() > least).count();
-  }
-  Mat U, V;
-  Vec s;
-};
-
 int svd(Call& call) {
-  const SingularValues d(finite_matrix(call, 1, "A"));
+  const linalg::SingularValues d(finite_matrix(call, 1, "A"));
   push_matrix(call.L, d.U);
   push_matrix(call.L, Mat(d.s));
   push_matrix(call.L, d.V);
   return 3;
 }
 
-int pinv(Call& call) {
-  const Mat A = finite_matrix(call, 1, "A");
-  const SingularValues d(A);
-  const Eigen::Index r = d.rank(A);
-  Mat scaled = d.V.leftCols(r);
-  for (Eigen::Index k = 0; k < r; ++k) scaled.col(k) /= d.s[k];
-  return push_value(call.L, Mat(scaled * d.U.leftCols(r).transpose()));
-}
+int pinv(Call& call) { return push_value(call.L, linalg::pseudoinverse(finite_matrix(call, 1, "A"))); }
 
-int cond(Call& call) {
-  const Mat A = finite_matrix(call, 1, "A");
-  if (A.size() == 0) throw Error("a matrix without entries has no condition number");
-  const SingularValues d(A);
-  const double least = d.s[d.s.size() - 1];
-  return call.push(least > 0 ? d.s[0] / least : std::numeric_limits<double>::infinity());
-}
+int cond(Call& call) { return call.push(linalg::condition_number(finite_matrix(call, 1, "A"))); }
 
 int null_space(Call& call) {
-  const Mat A = finite_matrix(call, 1, "A");
-  Mat tall = Mat::Zero(std::max(A.rows(), A.cols()), A.cols());  // so that V is square
-  tall.topRows(A.rows()) = A;
-  const SingularValues d(tall);
-  const Eigen::Index r = d.rank(A);
-  return push_matrix(call.L, Mat(d.V.rightCols(A.cols() - r)));
+  return push_matrix(call.L, linalg::orthonormal_null_space(finite_matrix(call, 1, "A")));
 }
 
 int qr(Call& call) {
-  const Mat A = finite_matrix(call, 1, "A");
-  const Eigen::Index k = std::min(A.rows(), A.cols());
-  const std::vector<Mat> parts = stoppable(operations(A, 6), [&] {
-    const Eigen::HouseholderQR<Mat> factors(A);
-    return std::vector<Mat>{thin_q(factors.householderQ(), k), factors.matrixQR().topRows(k)};
-  });
-  Mat Q = parts[0], R = parts[1];
-  for (Eigen::Index i = 0; i < k; ++i) {
-    R.row(i).head(i).setZero();
-    if (R(i, i) >= 0) continue;
-    R.row(i) = -R.row(i);
-    Q.col(i) = -Q.col(i);
-  }
-  push_matrix(call.L, Q);
-  push_matrix(call.L, R);
+  const linalg::OrthogonalFactors factors(finite_matrix(call, 1, "A"));
+  push_matrix(call.L, factors.Q);
+  push_matrix(call.L, factors.R);
   return 2;
 }
 
 int lu(Call& call) {
-  const Mat A = finite_square(call, 1, "A");
-  const std::vector<Mat> parts = stoppable(operations(A, 0.7), [&] {
-    const Eigen::PartialPivLU<Mat> factors(A);
-    return std::vector<Mat>{factors.matrixLU(), Mat(factors.permutationP())};
-  });
-  Mat L = Mat::Identity(A.rows(), A.cols()), U = Mat::Zero(A.rows(), A.cols());
-  for (Eigen::Index j = 0; j < A.cols(); ++j) {
-    U.col(j).head(j + 1) = parts[0].col(j).head(j + 1);
-    L.col(j).tail(A.rows() - j - 1) = parts[0].col(j).tail(A.rows() - j - 1);
-  }
-  const Mat& P = parts[1];
-  push_matrix(call.L, L);
-  push_matrix(call.L, U);
-  push_matrix(call.L, P);
+  const linalg::TriangularFactors factors(finite_square(call, 1, "A"));
+  push_matrix(call.L, factors.L);
+  push_matrix(call.L, factors.U);
+  push_matrix(call.L, factors.P);
   return 3;
 }
 
-int chol(Call& call) {
-  const Mat A = finite_square(call, 1, "A");
-  const double size = A.cwiseAbs().maxCoeff();
-  for (Eigen::Index j = 0; j < A.cols(); ++j)
-    for (Eigen::Index i = j + 1; i < A.rows(); ++i)
-      if (std::fabs(A(i, j) - A(j, i)) > 1e-12 * size)
-        throw Error(text("A must be symmetric, but A(", i + 1, ", ", j + 1, ") = ", rounded(A(i, j)),
-                         " and A(", j + 1, ", ", i + 1, ") = ", rounded(A(j, i)),
-                         "; its symmetric part is (A + A.T)/2"));
-  Mat L = Mat::Zero(A.rows(), A.cols());
-  for (Eigen::Index j = 0; j < A.cols(); ++j) {  // by columns, so that the error can name the minor
-    poll_interrupt();
-    const double pivot = A(j, j) - L.row(j).head(j).squaredNorm();
-    if (!(pivot > 0))
-      throw Error(text("A is not positive definite: its leading minor of size ", j + 1, " is ",
-                       pivot == 0 ? "0" : "negative", "; eig(A) has its eigenvalues"));
-    L(j, j) = std::sqrt(pivot);
-    for (Eigen::Index i = j + 1; i < A.rows(); ++i)
-      L(i, j) = (A(i, j) - L.row(i).head(j).dot(L.row(j).head(j))) / L(j, j);
-  }
-  return push_matrix(call.L, L);
-}
+int chol(Call& call) { return push_matrix(call.L, linalg::cholesky_factor(finite_square(call, 1, "A"))); }
 
 int kron(Call& call) {
   const MatX A = to_matrix(call.L, 1, "A"), B = to_matrix(call.L, 2, "B");
-  constexpr Eigen::Index most = 1'000'000;
-  if (A.size() > 0 && B.size() > most / A.size())
-    throw Error(text("kron(A, B) would have ", A.size(), "·", B.size(), " entries"));
-  MatX C(A.rows() * B.rows(), A.cols() * B.cols());
-  for (Eigen::Index i = 0; i < A.rows(); ++i)
-    for (Eigen::Index j = 0; j < A.cols(); ++j)
-      for (Eigen::Index k = 0; k < B.rows(); ++k)
-        for (Eigen::Index l = 0; l < B.cols(); ++l) C(i * B.rows() + k, j * B.cols() + l) = A(i, j) * B(k, l);
-  return push_matrix(call.L, C);
+  return push_matrix(call.L, linalg::kronecker_product(A, B));
 }
 
 }  // namespace
