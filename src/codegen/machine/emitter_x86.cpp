@@ -50,7 +50,7 @@ void Emitter::emit_all() {
   embed_constants();
 }
 
-// ── registers ───────────────────────────────────────────────────────────────────────────────────────────────
+// ── registers ──────────────────────────────────────────────────────────────────────────────────────────────
 
 void Emitter::load(int r, Slot value) {
   const Isa& isa = isa_of(value);
@@ -97,7 +97,7 @@ void Emitter::leave_registers() {
   }
 }
 
-// ── results and constants ───────────────────────────────────────────────────────────────────────────────────
+// ── results and constants ──────────────────────────────────────────────────────────────────────────────────
 
 void Emitter::result_positions() {
   outputs_of_.assign(p_.first_instruction() + p_.instructions.size() + 1, 0);
@@ -156,7 +156,7 @@ void Emitter::finish(Slot value, int r) {
   if (r_.alive(value)) r_.assign(r, value);
 }
 
-// ── calls ───────────────────────────────────────────────────────────────────────────────────────────────────
+// ── calls ──────────────────────────────────────────────────────────────────────────────────────────────────
 
 void Emitter::call(const void* function) {
   a_.mov(x86::rax, Imm(reinterpret_cast<std::uintptr_t>(function)));

@@ -259,7 +259,8 @@ bool swings_fast(const Rates& rates, double span, int unknowns) {
 /// Are the eigenvalues those of diffusion, for which Chebyshev methods are stable, and is the Jacobian so
 /// nearly symmetric that they say what becomes of errors?
 bool is_diffusion(Problem& problem, const Rates& rates, const Point& at) {
-  // |λ| ≤ 1.05 |Re λ| means within 18° of the negative axis, along which the damped region of stability is a strip.
+  // Eigenvalues with |λ| ≤ 1.05 |Re λ| are within 18° of the negative axis, along which the damped region of
+  // stability is a strip.
   constexpr double real = 1.05, shrinking = 0.01, normal = 0.01;
   if (rates.fastest > real * rates.damped || rates.growing > shrinking * rates.damped) return false;
   const int n = problem.n();
