@@ -14,8 +14,8 @@ namespace pendula {
 namespace {
 
 constexpr rlim_t KiB = 1024;
-// The kernel leaves 128 MiB below the stack free, whatever the limit was when the program began (mmap_base in Linux,
-// arch/x86/mm/mmap.c): a limit that is raised later has that much room.
+// The kernel leaves 128 MiB below the stack free, whatever the limit was when the program began (mmap_base in
+// Linux, arch/x86/mm/mmap.c): a limit that is raised later has that much room.
 constexpr rlim_t wanted = 64 * 1024 * KiB;
 constexpr rlim_t largest = 1024 * 1024 * KiB;  // of "unlimited": then it is memory that ends
 // What is called from the last level: GMP takes up to 64 kB and Eigen up to 128 kB for their temporaries.

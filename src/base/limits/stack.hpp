@@ -1,18 +1,19 @@
-// The stack under recursions whose depth the user decides: nested expressions, functions that call each other.
+// The stack under recursions whose depth the user decides: nested expressions,
+// functions that call each other.
 //
-// Instead of running into its end, which kills the program, such a recursion asks at every level whether there is
-// room left: check_stack() throws an error that names a remedy, and the session goes on. Passes over a whole graph
-// do not need it, as they are loops over `topological`. The stack of the first thread may grow to 64 MB; what does
-// not ask and comes to its end all the same meets catch_exhausted_stack() of the shell, which ends the program with
-// a message.
+// Instead of running into its end, which kills the program, such a recursion asks at every level whether
+// there is room left: check_stack() throws an error that names a remedy, and the session goes on. Passes over
+// a whole graph do not need it, as they are loops over `topological`. The stack of the first thread may grow
+// to 64 MB; what does not ask and comes to its end all the same meets catch_exhausted_stack() of the shell,
+// which ends the program with a message.
 #pragma once
 
 #include <cstdint>
 
 namespace pendula {
 
-/// Lets the stack of the main thread grow to 64 MB where the limits of the system allow it; memory is used only as it
-/// is touched. For the beginning of a program.
+/// Lets the stack of the main thread grow to 64 MB where the limits of the system allow it; memory is used
+/// only as it is touched. For the beginning of a program.
 void raise_stack_limit() noexcept;
 
 /// Below this address a recursion ends; of each thread. The highest address of all: it is not yet known.

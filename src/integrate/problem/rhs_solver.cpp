@@ -107,23 +107,6 @@ bool RhsSolver::assemble() {
   return false;
 }
 
-/// Masses of 10⁻¹² s⁻² stand in one row with forces of 1: columns, too, are divided by their largest entries.
-bool RhsSolver::is_regular_in_other_units() const {
-  const auto n = static_cast<std::size_t>(solver_.size());
-  std::vector<double> scaled = entries_, row(n, 0), column(n, 0);
-  const auto divide = [&](std::vector<double>& largest, int Position::*place) {
-    for (std::size_t k = 0; k < scaled.size(); ++k)
-      largest[positions_[k].*place] = std::max(largest[positions_[k].*place], std::fabs(scaled[k]));
-    for (std::size_t k = 0; k < scaled.size(); ++k)
-      if (largest[positions_[k].*place] > 0) scaled[k] /= largest[positions_[k].*place];
-  };
-  divide(row, &Position::row);
-  divide(column, &Position::column);
-  LinearSolver<double> solver;
-  solver.analyse(solver_.size(), positions_);
-  return solver.factorise(scaled.data()) && solver.weakest_pivot() > least_pivot;
-}
-
 bool RhsSolver::operator()(double t, const double* x, double* xdot, double* z) {
   return solve(t, x, xdot, z, true);
 }
@@ -291,8 +274,11 @@ void RhsSolver::expect(Progress& progress, bool fresh, bool first) {
 
 /// Whether a new matrix saves more iterations than it costs.
 bool RhsSolver::renewal_pays(const Progress& progress) const {
+  // A new matrix is seldom dearer than the iterations that it saves above a rate of 0.1. Rates below 10⁻³ are measured on
+  // rounding errors. A factorisation costs 0.7 iterations up to 15 unknowns and grows with their number beyond (LU of
+  // sparse matrices, as implicit_cost()).
   constexpr double quickest = 1e-3, slow = 0.1;
-  constexpr double factorisation = 0.7, usual = 15;  // beside an iteration; unknowns
+  constexpr double factorisation = 0.7, usual = 15;
   if (progress.rate > slow) return true;
   const double distance = accuracy_ / std::max(progress.expected, accuracy_);
   const double kept = std::ceil(std::log(distance) / std::log(std::max(progress.rate, quickest)));
@@ -373,38 +359,6 @@ bool RhsSolver::newton(double* xdot, double* z, bool near) {
   }
   trouble_ = Trouble::diverged;
   return ready_ = false;
-}
-
-std::string RhsSolver::reason() const {
-  switch (trouble_) {
-    case Trouble::none:
-      return "";
-    case Trouble::singular:
-      return open_equations;
-    case Trouble::diverged:
-      return "x′ and z could not be computed there: Newton did not converge";
-    case Trouble::far:
-      return "x′ and z change so much there that their branch cannot be followed";
-    case Trouble::not_finite:
-      break;
-  }
-  const std::string who = ode_ ? problem_->xdot_name(culprit_) : problem_->equation_name(culprit_);
-  return text(who, " is not finite there: the equations are not defined");
-}
-
-bool RhsSolver::settle(Point& point) {
-  Vec xdot = point.xdot, z = point.z;
-  if (solve(point.t, point.x.data(), xdot.data(), z.data(), false) && is_regular()) {
-    point.xdot = xdot;
-    point.z = z;
-    return true;
-  }
-  if (!is_singular()) throw Failure(reason());
-  return false;
-}
-
-void RhsSolver::require(double t, const double* x, double* xdot, double* z) {
-  if (!solve(t, x, xdot, z, false)) throw Failure(reason());
 }
 
 }  // namespace pendula::integrate

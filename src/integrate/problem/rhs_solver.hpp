@@ -1,11 +1,18 @@
 // x′ and z where t and x are known: what an explicit method evaluates, and what a mesh point is completed by.
 #pragma once
 
+#include "base/error.hpp"
 #include "integrate/problem/problem.hpp"
 #include "integrate/solve/linear_solver.hpp"
 #include "integrate/solve/stats.hpp"
 
 namespace pendula::integrate {
+
+/// The equations do not determine x′ and z at a point.
+class OpenEquations : public Failure {
+ public:
+  using Failure::Failure;
+};
 
 /// Solves F(t, x, x′, z) = 0 for (x′, z). An explicit ODE is one evaluation of f. Equations that are linear
 /// in (x′, z) take one factorisation of ∂F/∂(x′, z), one in all where that is constant; others Newton's
@@ -14,9 +21,6 @@ namespace pendula::integrate {
 /// requires  index 0 or 1 in these unknowns: ∂F/∂(x′, z) regular
 class RhsSolver {
  public:
-  /// A reason() why there are no x′ and z.
-  static constexpr const char* open_equations = "the equations do not determine x′ and z there";
-
   RhsSolver(ProblemPtr problem, Stats& stats);
 
   /// xdot (n) and z (m) in: starting values, out: the solution on their branch. False where F is not finite,
@@ -26,7 +30,7 @@ class RhsSolver {
   bool operator()(double t, const double* x, double* xdot, double* z);
   /// The same for a stage of a step: x′ and z to this relative accuracy, or to rounding where that is more.
   bool stage(double t, const double* x, double* xdot, double* z, double accuracy);
-  /// The same from values that may be far away; throws Failure.
+  /// The same from values that may be far away; throws OpenEquations or another Failure.
   void require(double t, const double* x, double* xdot, double* z);
   /// x′ and z of a point, from t and x and the values there. False, and the point unchanged, where the
   /// equations leave them open; throws Failure where they have no solution.

@@ -68,6 +68,10 @@ bool names_factor(const std::string& reason) {
          reason.find(" almost 0 there; ") != std::string::npos;
 }
 
+Failure at_start(double t, const Failure& failure, const char* remedy) {
+  return Failure(text("at the start, t = ", rounded(t, 6), ": ", failure.what(), remedy));
+}
+
 class AdaptiveRun {
  public:
   AdaptiveRun(ProblemPtr problem, const Method& method, const Plan& plan)
@@ -92,10 +96,12 @@ class AdaptiveRun {
       modes_.initialise(point);
       method_.start(point);
       modes_.begin(point, {});
+    } catch (const OpenEquations& failure) {
+      throw at_start(
+          point.t, failure,
+          is_explicit_ ? ", which an explicit method needs; take method = \"radau\" or \"bdf\"" : "");
     } catch (const Failure& failure) {
-      const bool open = is_explicit_ && failure.what() == std::string(RhsSolver::open_equations);
-      throw Failure(text("at the start, t = ", rounded(point.t, 6), ": ", failure.what(),
-                         open ? ", which an explicit method needs; take method = \"radau\" or \"bdf\"" : ""));
+      throw at_start(point.t, failure, "");
     }
     first_ = stepper().here();
     state_.history->begin(first_);

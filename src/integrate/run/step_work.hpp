@@ -48,8 +48,8 @@ double usual_radau_steps(double rtol);
 double usual_rosenbrock_steps(double rtol);
 double usual_bdf_steps(double rtol);
 
-/// The limit of stability of the explicit pairs on the negative real axis, as |λ| h: 5.9 … 6.4 for orders 7
-/// and 8.
+/// The limit of stability of the explicit pairs on the negative real axis, as |λ| h:
+/// 5.9 … 6.4 for orders 7 and 8.
 constexpr double stability_limit = 6;
 
 }  // namespace pendula::integrate

@@ -11,6 +11,7 @@
 #include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "codegen/program/program_cache.hpp"
+#include "integrate/solve/column_scale.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -339,19 +340,10 @@ bool LinearSolver<Scalar>::factorise_by_rows(const Scalar* values) {
 /// lengths in nanometres. Columns of entries near 1 tell.
 template <class Scalar>
 bool LinearSolver<Scalar>::factorise_by_columns(const Scalar* values) {
-  std::vector<double> row(static_cast<std::size_t>(n_), 0), column = row;
-  for (std::size_t k = 0; k < positions_.size(); ++k) {
-    const double size = size_of_entry(values[k]);
-    if (!(size <= std::numeric_limits<double>::max())) return false;
-    row[positions_[k].row] = std::max(row[positions_[k].row], size);
-  }
-  for (std::size_t k = 0; k < positions_.size(); ++k)
-    if (const double size = size_of_entry(values[k]); size > 0)
-      column[positions_[k].column] = std::max(column[positions_[k].column], size / row[positions_[k].row]);
-  for (double& c : column) {
-    if (c == 0) return false;
-    c = 1 / c;
-  }
+  std::vector<double> sizes(positions_.size());
+  std::transform(values, values + sizes.size(), sizes.begin(), [](Scalar v) { return size_of_entry(v); });
+  std::vector<double> column = column_scale(n_, positions_, sizes);
+  if (column.empty()) return false;
   std::vector<Scalar> scaled(values, values + positions_.size());
   for (std::size_t k = 0; k < scaled.size(); ++k) scaled[k] *= column[positions_[k].column];
   if (!factorise_by_rows(scaled.data())) return false;

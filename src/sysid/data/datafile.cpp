@@ -73,7 +73,8 @@ char separator_of(const std::string& line) {
   return ' ';
 }
 
-/// Where commas may be decimal commas, points beside them say that they separate thousands: neither is guessed.
+/// Where commas may be decimal commas, points beside them say that they separate
+/// thousands: neither is guessed.
 class DecimalSigns {
  public:
   explicit DecimalSigns(const std::string& path) : path_(path) {}

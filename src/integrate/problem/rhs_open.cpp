@@ -1,0 +1,57 @@
+// Where the equations leave x′ and z open: how that is noticed, and said.
+#include "integrate/problem/rhs_solver.hpp"
+#include "integrate/solve/column_scale.hpp"
+
+#include <cmath>
+
+#include "base/text.hpp"
+
+namespace pendula::integrate {
+
+/// Masses of 10⁻¹² s⁻² and forces of 1 are in one row: scaled rows are not enough.
+bool RhsSolver::is_regular_in_other_units() const {
+  std::vector<double> scaled = entries_;
+  for (double& entry : scaled) entry = std::fabs(entry);
+  const std::vector<double> scale = column_scale(solver_.size(), positions_, scaled);
+  if (scale.empty()) return false;
+  for (std::size_t k = 0; k < scaled.size(); ++k) scaled[k] = entries_[k] * scale[positions_[k].column];
+  LinearSolver<double> solver;
+  solver.analyse(solver_.size(), positions_);
+  return solver.factorise(scaled.data()) && solver.weakest_pivot() > least_pivot;
+}
+
+std::string RhsSolver::reason() const {
+  switch (trouble_) {
+    case Trouble::none:
+      return "";
+    case Trouble::singular:
+      return "the equations do not determine x′ and z there";
+    case Trouble::diverged:
+      return "x′ and z could not be computed there: Newton did not converge";
+    case Trouble::far:
+      return "x′ and z change so much there that their branch cannot be followed";
+    case Trouble::not_finite:
+      break;
+  }
+  const std::string who = ode_ ? problem_->xdot_name(culprit_) : problem_->equation_name(culprit_);
+  return text(who, " is not finite there: the equations are not defined");
+}
+
+bool RhsSolver::settle(Point& point) {
+  Vec xdot = point.xdot, z = point.z;
+  if (solve(point.t, point.x.data(), xdot.data(), z.data(), false) && is_regular()) {
+    point.xdot = xdot;
+    point.z = z;
+    return true;
+  }
+  if (!is_singular()) throw Failure(reason());
+  return false;
+}
+
+void RhsSolver::require(double t, const double* x, double* xdot, double* z) {
+  if (solve(t, x, xdot, z, false)) return;
+  if (trouble_ == Trouble::singular) throw OpenEquations(reason());
+  throw Failure(reason());
+}
+
+}  // namespace pendula::integrate
