@@ -55,6 +55,9 @@ TEST_CASE("nothing is proved where there is a solution, at bounds and double roo
   CHECK_FALSE(impossible({x() * x() + y() * y() - 9}));        // y = 0
   CHECK_FALSE(impossible({pow(y(), 2) - 2 * y() + x() - 2}));  // y = 1, twice
   CHECK_FALSE(impossible({exp(y()) - x()}));
+  CHECK_FALSE(impossible({y() - 2 - exp(1000 * (1 - y()))}));  // e⁻¹⁰⁰⁰ is not 0
+  CHECK_FALSE(impossible({1e-200 * y() - 1e-200 * z(), y() - pow(1e-200 * x(), 2)}));  // nor is 9·10⁻⁴⁰⁰
+  CHECK_FALSE(impossible({1e-300 * exp(y()) - 1e100, y() - 921.0340371976183}));  // e⁹²¹ = 10⁴⁰⁰
   CHECK_FALSE(impossible({sin(y()) - 1}));
   CHECK_FALSE(impossible({cos(y()) + 1, y() - 3.141592653589793}));
   CHECK_FALSE(impossible({sqrt(y()), y()}));

@@ -12,6 +12,8 @@ namespace pendula::dae {
 namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
+constexpr double largest = std::numeric_limits<double>::max();
+constexpr double farthest = 1e300;  ///< an unknown beyond is no solution: most of what it stands in overflows
 
 struct Interval {
   double lo = -infinite, hi = infinite;
@@ -27,15 +29,22 @@ Interval intersection(Interval a, Interval b) { return {std::max(a.lo, b.lo), st
 Interval hull(Interval a, Interval b) { return {std::min(a.lo, b.lo), std::max(a.hi, b.hi)}; }
 bool are_apart(Interval a, Interval b) { return a.hi < b.lo || b.hi < a.lo; }
 
-/// Values rounded outward by 9 ε: functions of glibc err by 2 units in the last place at most, arithmetic by ½. What overflows is no number, what
-/// underflows is 0; 0 is exact: so are sums that are 0, and the functions here where they are.
+/// Values rounded outward by 9 ε: functions of glibc err by 2 units in the last place at most, arithmetic by
+/// ½. What overflows is a number beyond the largest double. 0 is exact: so are sums that are 0, and the
+/// functions here where they are; what underflows is not 0 (`not_zero`).
 Interval outward(double lo, double hi) {
   constexpr double error = 2e-15;
   const auto down = [](double v) {
+    if (v == infinite) return largest;
     return v == 0 || !std::isfinite(v) ? v : std::nextafter(v - error * std::fabs(v), -infinite);
   };
   return {down(lo), -down(-hi)};
 }
+double not_zero(double underflown, bool negative) {
+  constexpr double least = std::numeric_limits<double>::denorm_min();
+  return underflown != 0 ? underflown : negative ? -least : least;
+}
+constexpr Interval empty{1, -1};
 Interval not_negative(Interval a) { return {std::max(a.lo, 0.0), a.hi}; }
 
 Interval operator+(Interval a, Interval b) { return outward(a.lo + b.lo, a.hi + b.hi); }
@@ -43,7 +52,9 @@ Interval operator-(Interval a) { return {-a.hi, -a.lo}; }
 Interval operator-(Interval a, Interval b) { return a + -b; }
 
 Interval operator*(Interval a, Interval b) {
-  const auto product = [](double x, double y) { return x == 0 || y == 0 ? 0.0 : x * y; };
+  const auto product = [](double x, double y) {
+    return x == 0 || y == 0 ? 0.0 : not_zero(x * y, (x < 0) != (y < 0));
+  };
   const auto [lo, hi] =
       std::minmax({product(a.lo, b.lo), product(a.lo, b.hi), product(a.hi, b.lo), product(a.hi, b.hi)});
   return outward(lo, hi);
@@ -51,7 +62,7 @@ Interval operator*(Interval a, Interval b) {
 
 /// All q with q b in a for some b ≠ 0.
 Interval operator/(Interval a, Interval b) {
-  if (b.lo == 0 && b.hi == 0) return {1, -1};
+  if (b.lo == 0 && b.hi == 0) return empty;
   if (b.lo < 0 && b.hi > 0) return {};
   if (b.lo == 0) return a * Interval{b.hi == infinite ? 0 : outward(1 / b.hi, 0).lo, infinite};
   if (b.hi == 0) return a * Interval{-infinite, b.lo == -infinite ? 0 : outward(0, 1 / b.lo).hi};
@@ -61,6 +72,19 @@ Interval operator/(Interval a, Interval b) {
 template <class F>
 Interval increasing(F f, Interval a) {
   return outward(f(a.lo), f(a.hi));
+}
+
+/// Of a function that is defined between `lo` and `hi` only, and unbounded there.
+template <class F>
+Interval increasing_between(F f, double lo, double hi, Interval a) {
+  if (a.hi <= lo || a.lo >= hi) return empty;
+  return outward(a.lo <= lo ? -infinite : f(a.lo), a.hi >= hi ? infinite : f(a.hi));
+}
+Interval exponential(Interval a) {
+  return not_negative(increasing([](double v) { return not_zero(std::exp(v), false); }, a));
+}
+Interval logarithm(Interval a) {
+  return increasing_between([](double v) { return std::log(v); }, 0, infinite, a);
 }
 
 Interval absolute(Interval a) {
@@ -82,7 +106,9 @@ Interval cosine(Interval a) {
 }
 
 Interval power(Interval a, double n) {
-  const auto f = [n](double v) { return std::pow(v, n); };
+  const auto f = [n](double v) {
+    return v == 0 ? 0.0 : not_zero(std::pow(v, n), v < 0 && std::fmod(n, 2) != 0);
+  };
   if (n < 0) return Interval{1, 1} / power(a, -n);
   if (n != std::round(n)) return not_negative(increasing(f, not_negative(a)));
   return std::fmod(n, 2) == 0 ? not_negative(increasing(f, absolute(a))) : increasing(f, a);
@@ -94,13 +120,13 @@ Interval root(Interval r, double n, Interval now) {
   if (n < 0) return root(Interval{1, 1} / r, -n, now);
   if (n == std::round(n) && std::fmod(n, 2) != 0) return increasing(f, r);
   const Interval size = not_negative(increasing(f, not_negative(r)));
-  if (r.hi < 0) return {1, -1};
+  if (r.hi < 0) return empty;
   if (n != std::round(n) || now.lo >= 0) return size;
   return now.hi <= 0 ? -size : Interval{-size.hi, size.hi};
 }
 
-// Rows up to which intervals without bounds are divided, which seldom helps and takes 15 times as long: for models as small
-// as those whose index the derivative array decides.
+// Rows up to which intervals without bounds are divided, which seldom helps and takes 15 times as long: for
+// models as small as those whose index the derivative array decides.
 constexpr std::size_t few = 12;
 
 class Propagation {
@@ -163,7 +189,8 @@ class Propagation {
     Interval& now = value_[k];
     const Interval old = now;
     now = intersection(now, next);
-    empty_ = empty_ || now.is_empty();
+    const bool beyond = nodes_[k].is_symbol() && (now.lo > farthest || now.hi < -farthest);
+    empty_ = empty_ || now.is_empty() || beyond;
     const bool bounded = old.is_bounded();
     if (bounded ? now.hi - now.lo < (1 - visible) * (old.hi - old.lo) : now.lo > old.lo || now.hi < old.hi)
       shrunk_ = true;
@@ -191,9 +218,9 @@ class Propagation {
       case Op::cos:
         return cosine(a());
       case Op::exp:
-        return not_negative(increasing([](double v) { return std::exp(v); }, a()));
+        return exponential(a());
       case Op::log:
-        return increasing([](double v) { return std::log(v); }, not_negative(a()));
+        return logarithm(a());
       case Op::sqrt:
         return not_negative(increasing([](double v) { return std::sqrt(v); }, not_negative(a())));
       case Op::abs:
@@ -262,13 +289,13 @@ class Propagation {
       case Op::sqrt:
         return narrow(a, not_negative(power(not_negative(r), 2)));
       case Op::exp:
-        return narrow(a, increasing([](double v) { return std::log(v); }, not_negative(r)));
+        return narrow(a, logarithm(r));
       case Op::log:
-        return narrow(a, not_negative(increasing([](double v) { return std::exp(v); }, r)));
+        return narrow(a, exponential(r));
       case Op::abs:
         return narrow(a, {-r.hi, r.hi});
       case Op::tanh:
-        return narrow(a, increasing([](double v) { return std::atanh(v); }, intersection(r, {-1, 1})));
+        return narrow(a, increasing_between([](double v) { return std::atanh(v); }, -1, 1, r));
       case Op::sinh:
         return narrow(a, increasing([](double v) { return std::asinh(v); }, r));
       case Op::asinh:

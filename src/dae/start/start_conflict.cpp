@@ -65,8 +65,8 @@ struct Conflict {
   std::vector<std::size_t> fixes, equations;  ///< rows of the system
 };
 
-/// Is it proved that these equations hold nowhere at these fixed values? By intervals, also for what is left when
-/// unknowns are eliminated. Numbers as they are typed are exact, others have rounding errors.
+/// Is it proved that these equations hold nowhere at these fixed values? By intervals, also for what is left
+/// when unknowns are eliminated. Numbers as they are typed are exact, others have rounding errors.
 bool is_proved(const StartSystem& s, const Conflict& conflict) {
   constexpr std::size_t most_eliminated = 20;
   std::vector<Expr> rows;
@@ -115,7 +115,8 @@ std::optional<Conflict> proved_conflict(const StartSystem& s) {
   return conflict;
 }
 
-/// The equation with the fewest unknowns, all of them fixed, that the given values violate; nothing where there is none.
+/// The equation with the fewest unknowns, all of them fixed, that the given values
+/// violate; nothing where there is none.
 std::optional<Conflict> conflict_in_one_equation(const StartSystem& s) {
   std::unordered_map<Expr, std::size_t> fixed;
   for (std::size_t k = 0; k < s.fixes(); ++k)
@@ -209,7 +210,8 @@ std::string short_label(const StartSystem& s, std::size_t row) {
   return label.starts_with(word) ? label.substr(word.size()) : label;
 }
 
-/// Equations of a conflict all of whose unknowns are fixed by these rows, where the given values violate them.
+/// Equations of a conflict all of whose unknowns are fixed by these rows, where the
+/// given values violate them.
 std::vector<std::string> violations_of_given_values(const StartSystem& s, const Conflict& conflict,
                                                     const std::vector<std::size_t>& fixes) {
   Vec w = first_point(s, 0);
@@ -258,7 +260,8 @@ std::vector<std::string> violations(const StartSystem& s, const Conflict& confli
   if (lines.empty()) lines = violations_of_given_values(s, conflict, every);
   if (!lines.empty()) return lines;
   for (std::size_t k = 0; k < equations.size() && k < readable; ++k)
-    if (std::fabs(value(equations[k])) > rounding(equations[k]))
+    if (const double left = std::fabs(value(equations[k]));
+        std::isfinite(left) && left > rounding(equations[k]))
       lines.push_back(text(labels[k], ":  0 ≠ ", rounded(value(equations[k]), 6), " = ",
                            truncated_text(equations[k]), "  at ",
                            values_of(unknowns_in(s, equations[k]), point)));
@@ -279,8 +282,8 @@ std::vector<std::string> given_by_equations(const StartSystem& s, const Conflict
   return lines;
 }
 
-/// "C{ v0 = false } or L{ i0 = false }": parts whose own values at the start are in the conflict; nothing where
-/// some of its values are asked for.
+/// "C{ v0 = false } or L{ i0 = false }": parts whose own values at the start are in the conflict; nothing
+/// where some of its values are asked for.
 std::string parts_to_release(const StartSystem& s, const Conflict& conflict) {
   std::vector<std::string> words;
   for (std::size_t i : conflict.fixes) {
