@@ -1,8 +1,10 @@
 #include "integrate/run/excursions.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/error.hpp"
+#include "expr/graph/derivative.hpp"
 
 namespace pendula::integrate {
 
@@ -10,6 +12,7 @@ void Excursions::watch(std::vector<char> thawed) {
   thawed_ = std::move(thawed);
   any_ = std::find(thawed_.begin(), thawed_.end(), 1) != thawed_.end();
   finder_.reset();
+  gradients_.clear();
   if (!any_) return;
   finder_.emplace(state_.problem, state_.plan.events.list);
   finder_->set_interval(state_.plan.from, state_.plan.to);
@@ -23,21 +26,72 @@ bool Excursions::in_last_step() {
   finder.start(state_.view.to);
   const std::vector<double> there = finder.values();
   finder.start(state_.view.from);
-  bool same_side = false;
+  std::vector<int> candidates;
   for (std::size_t i = 0; i < thawed_.size(); ++i) {
-    if (!thawed_[i]) continue;
-    const bool same = there[i] * finder.side(static_cast<int>(i)) > 0;
+    const bool same = thawed_[i] && there[i] * finder.side(static_cast<int>(i)) > 0;
     finder.ignore(static_cast<int>(i), !same);
-    same_side = same_side || same;
+    if (same) candidates.push_back(static_cast<int>(i));
   }
-  if (!same_side) return false;
+  if (candidates.empty()) return false;
   finder.start(state_.view.from);
+  bool missed = false;
   try {
     if (!finder.find(state_.stepper(), state_.view)) return false;
+    for (int border : candidates) finder.ignore(border);
+    missed = std::any_of(candidates.begin(), candidates.end(), [&](int border) { return is_deep(border); });
   } catch (const Failure&) {  // no z inside the step: it may have been anywhere
+    missed = true;
   }
-  ++repeated_;
-  return true;
+  repeated_ += missed;
+  return missed;
+}
+
+/// Halfway between its crossings the solution is farther on the other side than it is known. Requires
+/// that finder_ ignores all borders.
+bool Excursions::is_deep(int border) {
+  constexpr int most = 20;  // visits; of more the solution oscillates about the border
+  EventFinder& finder = *finder_;
+  finder.ignore(border, false);
+  finder.start(state_.view.from);
+  const double uncertain = uncertainty(border);
+  bool deep = false;
+  for (int visit = 0; visit < most && !deep; ++visit) {
+    const auto there = finder.find(state_.stepper(), state_.view);
+    if (!there) break;
+    finder.pass(*there, state_.stepper(), state_.view);
+    const auto back = finder.find(state_.stepper(), state_.view);
+    const double halfway = (there->t + (back ? back->t : state_.view.to.t)) / 2;
+    deep = !(std::fabs(finder.value(state_.stepper(), state_.view, border, halfway)) <= uncertain);
+    if (!back) break;
+    finder.pass(*back, state_.stepper(), state_.view);
+  }
+  finder.ignore(border);
+  return deep;
+}
+
+/// By how much tolerances of x and z change the surface function; 0 where it contains x′.
+double Excursions::uncertainty(int border) {
+  Problem& problem = *state_.problem;
+  const dae::FirstOrder& model = problem.model();
+  const Expr when = state_.plan.events.list[border].when;
+  for (Expr leaf : leaves({&when, 1}))
+    if (std::find(model.xdot.begin(), model.xdot.end(), leaf) != model.xdot.end()) return 0;
+  std::vector<Expr> unknowns = model.x;
+  unknowns.insert(unknowns.end(), model.z.begin(), model.z.end());
+  codegen::Kernel& gradient = gradients_[border];
+  if (gradient.outputs() == 0)
+    gradient = codegen::Kernel(pendula::gradient(when, unknowns), problem.arguments());
+  const Point& point = state_.view.to;
+  problem.set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  std::vector<double> slopes(unknowns.size());
+  gradient(problem.values().data(), slopes.data());
+  const Tolerances& tolerances = state_.plan.tolerances;
+  double sum = 0;
+  for (Eigen::Index i = 0; i < tolerances.atol.size() && i < static_cast<Eigen::Index>(slopes.size()); ++i) {
+    const double size = std::fabs(i < point.x.size() ? point.x[i] : point.z[i - point.x.size()]);
+    sum += std::fabs(slopes[i]) * (tolerances.atol[i] + tolerances.rtol[i] * size);
+  }
+  return sum;
 }
 
 }  // namespace pendula::integrate

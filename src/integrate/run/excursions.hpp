@@ -2,12 +2,15 @@
 //
 // Crossings of such a border are not located, and the error estimate of a step sees its stages only: between
 // two of them a diode may conduct and block again. A step that ends on the side where it began, but was on
-// the other side in between, is repeated with shorter steps until one ends there.
+// the other side in between, by more than its unknowns may err, is repeated with shorter steps until one ends
+// there.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <vector>
 
+#include "codegen/kernel/kernel.hpp"
 #include "integrate/run/adaptive_state.hpp"
 
 namespace pendula::integrate {
@@ -23,10 +26,14 @@ class Excursions {
   bool in_last_step();
 
  private:
+  bool is_deep(int border);
+  double uncertainty(int border);
+
   AdaptiveState& state_;
   std::vector<char> thawed_;  ///< of every event
   bool any_ = false;
   std::optional<EventFinder> finder_;
+  std::map<int, codegen::Kernel> gradients_;  ///< by border, in x and z
   long repeated_ = 0;
 };
 
