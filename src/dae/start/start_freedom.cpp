@@ -8,7 +8,7 @@
 #include "base/decompositions.hpp"
 #include "base/interrupt.hpp"
 #include "dae/rank/rank_with_gap.hpp"
-#include "dae/start/block_solution.hpp"
+#include "dae/newton/block_solution.hpp"
 #include "dae/start/start_system.hpp"
 
 namespace pendula::dae {
@@ -86,7 +86,8 @@ std::vector<Index> pivots(Mat N, const std::vector<Index>& candidates) {
 }
 
 /// A fixed unknown may hide the others of a row: a stiff spring, held at 0, all that the row says about
-/// accelerations. Its column is made smaller, which changes no rank; not where the others are rounding errors.
+/// accelerations. Its column is made smaller, which changes no rank; not where the
+/// others are rounding errors.
 void uncover(const StartSystem& s, Mat& J) {
   constexpr double noise = 1e-14;
   const std::vector<char> fixed = s.fixed();
@@ -104,8 +105,8 @@ void uncover(const StartSystem& s, Mat& J) {
   }
 }
 
-/// As many rows as unknowns, of which each is by far no combination of the others: of rows of unit length the distance
-/// of row i from the span of the others is 1/‖J⁻¹ eᵢ‖.
+/// As many rows as unknowns, of which each is by far no combination of the others: of rows of unit length the
+/// distance of row i from the span of the others is 1/‖J⁻¹ eᵢ‖.
 bool is_plainly_regular(Mat J) {
   constexpr double far = 1e-6;  // thresholds are 1e-9 and 1e-5 at a double root, which is not asked
   if (J.rows() != J.cols() || J.rows() == 0) return false;
@@ -162,10 +163,10 @@ Freedom dense_freedom(const StartSystem& s, Mat J, double threshold) {
   return f;
 }
 
-/// Gaussian elimination on rows of unit size that takes pivots in the columns of one class after the other,
-/// where they cost least: (entries of the row - 1)·(rows of the column - 1), of a shortest row and a shortest
-/// column (Markowitz 1957), with threshold pivoting. A column with one row, as at the end of a chain, costs
-/// nothing.
+/// Gaussian elimination on rows of unit size that takes pivots in the columns of one class after the
+/// other, where they cost least: (entries of the row - 1)·(rows of the column - 1), of a shortest row
+/// and a shortest column (Markowitz 1957), with threshold pivoting. A column with one row, as at the
+/// end of a chain, costs nothing.
 class ClassedElimination {
  public:
   ClassedElimination(const Sparse& J, Index rows, std::vector<int> column_class)
@@ -358,8 +359,8 @@ static Vec column_scales(Mat J) {
   return scale;
 }
 
-/// Does every level (levels_of) determine what is new in it, with the fixes and guesses of these unknowns? Then nothing
-/// is open, whatever rounding makes of all levels together. docs/derivations.md#start.
+/// Does every level (levels_of) determine what is new in it, with the fixes and guesses of these unknowns?
+/// Then nothing is open, whatever rounding makes of all levels together. docs/derivations.md#start.
 static bool is_determined_by_levels(const StartSystem& s, const Mat& J) {
   const StartLevels& levels = levels_of(s);
   if (levels.highest < StartLevels::high) return false;
@@ -377,8 +378,8 @@ static bool is_determined_by_levels(const StartSystem& s, const Mat& J) {
   return true;
 }
 
-/// In the units of the unknowns; where that leaves something open, also in those for which the entries are alike: the
-/// tenth derivative of an equation has entries between 1 and 10⁹.
+/// In the units of the unknowns; where that leaves something open, also in those for which the entries are
+/// alike: the tenth derivative of an equation has entries between 1 and 10⁹.
 static Freedom small_freedom(const StartSystem& s, const Mat& J, double threshold) {
   Freedom f = dense_freedom(s, J, threshold);
   if (f.count == 0) return f;
@@ -395,8 +396,8 @@ static Freedom small_freedom(const StartSystem& s, const Mat& J, double threshol
   return other;
 }
 
-/// Is every block of the square Jacobian plainly regular, by entries that are accurate beside themselves? One that is another
-/// one as near as a solution is known may be 0 at the solution.
+/// Is every block of the square Jacobian plainly regular, by entries that are accurate beside themselves? One
+/// that is another one as near as a solution is known may be 0 at the solution.
 static bool has_regular_blocks(const StartSystem& s, const Vec& w, Mat J) {
   constexpr double known = 1e-9, accurate = 0.1, golden = 0.6180339887498949;
   if (J.rows() != J.cols()) return false;

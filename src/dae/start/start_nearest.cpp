@@ -12,7 +12,7 @@
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
-#include "dae/start/sparse_solution.hpp"
+#include "dae/newton/sparse_solution.hpp"
 #include "dae/start/start_system.hpp"
 
 namespace pendula::dae {
@@ -63,8 +63,8 @@ class Nearest {
     return weight_.cwiseProduct((w - target_).cwiseQuotient(s_.unit)).norm();
   }
 
-  /// From the fixes themselves, what is free solved for beside them: a least step of all together would rather move
-  /// coordinates by a percent than an acceleration by 10⁷ of a unit that nothing tells.
+  /// From the fixes themselves, what is free solved for beside them: a least step of all together would
+  /// rather move coordinates by a percent than an acceleration by 10⁷ of a unit that nothing tells.
   StartSolution beside_fixes(Vec w) const {
     constexpr int few = 5;
     for (Index j = 0; j < w.size(); ++j)
@@ -117,8 +117,9 @@ class Nearest {
     return H;
   }
 
-  /// Makes the rows of J 1 long, and columns of unknowns that may move freely: accelerations in nanometres have units of
-  /// 10⁻⁹ … 10⁹ where nothing but their equations tells them. What J was multiplied by: rows, columns.
+  /// Makes the rows of J 1 long, and columns of unknowns that may move freely: accelerations in
+  /// nanometres have units of 10⁻⁹ … 10⁹ where nothing but their equations tells them. What J
+  /// was multiplied by: rows, columns.
   std::pair<Vec, Vec> scales(Mat& J) const {
     Vec row = Vec::Ones(J.rows()), column = Vec::Ones(n_);
     const auto inverse = [](double length) { return length > 0 ? 1 / length : 1.0; };
@@ -138,8 +139,9 @@ class Nearest {
     return {row, column};
   }
 
-  /// In units: the step in the null space of J (the point satisfies the equations) that minimises the model, and the one
-  /// without the curvature of the equations: that descends always, also where the other is lost in rounding errors.
+  /// In units: the step in the null space of J (the point satisfies the equations) that minimises the
+  /// model, and the one without the curvature of the equations: that descends always, also where the
+  /// other is lost in rounding errors.
   std::pair<Vec, Vec> steps(const Vec& w) const {
     Mat J = Mat(s_.jacobian(w)).topRows(static_cast<Index>(s_.first_fix));
     const std::pair<Vec, Vec> scaled = scales(J);

@@ -4,13 +4,12 @@
 #include <optional>
 #include <utility>
 
-#include "base/decompositions.hpp"
 #include "base/interrupt.hpp"
 #include "dae/model/lineage.hpp"
+#include "dae/newton/block_solution.hpp"
+#include "dae/newton/lifted_newton.hpp"
 #include "dae/points/interval_proof.hpp"
 #include "dae/reduce/reduced_forms.hpp"
-#include "dae/start/block_solution.hpp"
-#include "dae/start/sparse_solution.hpp"
 #include "dae/start/start_system.hpp"
 
 namespace pendula::dae {
@@ -57,69 +56,18 @@ class Selected {
   const Selection& selection_;
 };
 
-bool finite(const Sparse& J) {
-  return std::all_of(J.valuePtr(), J.valuePtr() + J.nonZeros(), [](double v) { return std::isfinite(v); });
-}
-
 /// |r_i| / (1 + Σ_j |J_ij ω_j|): 1 is the row's unit.
 Vec relative(const Vec& r, const Sparse& J, const Vec& omega) {
   return r.cwiseAbs().cwiseQuotient(Vec::Ones(r.size()) + J.cwiseAbs() * omega.cwiseAbs());
 }
 
-/// Rows of unit length: an equation that is flat at this point counts as much as the others.
-Vec row_weights(const Sparse& J) {
-  Vec weight = Vec::Zero(J.rows());
-  for (Index j = 0; j < J.outerSize(); ++j)
-    for (Sparse::InnerIterator it(J, j); it; ++it)
-      weight[it.row()] = std::max(weight[it.row()], std::fabs(it.value()));
-  return weight.unaryExpr([](double largest) { return largest > 0 ? 1 / largest : 1; });
-}
-
-/// The smallest d that minimises ‖J d + r‖.
-Vec least_step(const Sparse& J, const Vec& r) {
-  if (J.cols() <= dense_up_to) {
-    Eigen::CompleteOrthogonalDecomposition<Mat> qr;
-    qr.setThreshold(1e-11);  // relative pivot below which a direction counts as undetermined
-    const Mat A(J);
-    qr.compute(A);
-    if (qr.rank() < A.cols() && A.rows() >= A.cols()) {
-      // Units may be wrong by many orders (currents beside Is = 10⁻¹⁶ A). Where columns of equal length are
-      // independent the step is unique, whatever the units; those of what is held are 0, and never are.
-      const Vec length = A.colwise().norm();
-      if (!(length.minCoeff() > 0)) return qr.solve(Vec(-r));
-      Eigen::CompleteOrthogonalDecomposition<Mat> scaled;
-      scaled.setThreshold(qr.threshold());
-      scaled.compute(Mat(A * length.cwiseInverse().asDiagonal()));
-      if (scaled.rank() == A.cols()) return Vec(scaled.solve(Vec(-r))).cwiseQuotient(length);
-    }
-    return qr.solve(Vec(-r));
-  }
-  if (const auto exact = square_step(J, r)) return *exact;
-  return sparse_least_step(J, r);
-}
-
-/// A step with J d = -r in which every row and column counts alike, however large its numbers are.
-Vec balanced_step(const Sparse& J, const Vec& r) {
-  if (J.cols() > dense_up_to) return least_step(J, r);
-  Mat A(J);
-  std::vector<Index> rows, columns;
-  for (Index i = 0; i < A.rows(); ++i)
-    if (A.row(i).any()) rows.push_back(i);
-  for (Index j = 0; j < A.cols(); ++j)
-    if (A.col(j).any()) columns.push_back(j);
-  if (rows.empty()) return Vec::Zero(J.cols());
-  Vec d = Vec::Zero(J.cols());
-  d(columns) = balanced_solution(A(rows, columns), -r(rows));
-  return d;
-}
-
-/// The largest residual beside its rounding errors: those of the evaluation at w, whose digits are rounded too, and those of
-/// `zero` units, which is what 0 is measured by.
+/// The largest residual beside its rounding errors: those of the evaluation at w, whose digits are rounded
+/// too, and those of `zero` units, which is what 0 is measured by.
 double excess(const StartSystem& s, const Selected& system, const Vec& w, double zero) {
   const Vec r = system.residual(w);
   const Sparse J = system.jacobian(w);
   if (r.size() == 0) return 0;
-  if (!r.allFinite() || !finite(J)) return INFINITY;
+  if (!r.allFinite() || !all_finite(J)) return INFINITY;
   const Vec terms = J.cwiseAbs() * w.cwiseQuotient(s.unit).cwiseAbs();
   const Vec error = s.rounding_errors(w) + unit_roundoff * (terms + Vec::Constant(r.size(), zero));
   return r.cwiseAbs()
@@ -127,9 +75,10 @@ double excess(const StartSystem& s, const Selected& system, const Vec& w, double
       .maxCoeff();
 }
 
-/// Is every residual as small as rounding makes it? Where it is not, steps follow as long as they halve the worst one beside
-/// its rounding errors; false, and w as it was, where that does not lead there. Of 5000 starts of the tests those that are
-/// solutions exceeded these errors by factors up to 6, the others by 70 and more.
+/// Is every residual as small as rounding makes it? Where it is not, steps follow as long as they
+/// halve the worst one beside its rounding errors; false, and w as it was, where that does not lead
+/// there. Of 5000 starts of the tests those that are solutions exceeded these errors by factors up
+/// to 6, the others by 70 and more.
 bool refine(const StartSystem& s, const Selected& system, Vec& w) {
   double before = INFINITY;
   for (Vec at = w;;) {
@@ -170,7 +119,7 @@ static StartSolution descend(const StartSystem& s, const Selected& system, Vec w
     poll_interrupt();
     const Vec r = system.residual(w);
     const Sparse J = system.jacobian(w);
-    if (!r.allFinite() || !finite(J)) {
+    if (!r.allFinite() || !all_finite(J)) {
       out.defined = iteration > 0;
       break;
     }
@@ -213,8 +162,8 @@ static StartSolution descend(const StartSystem& s, const Selected& system, Vec w
   return out;
 }
 
-/// Numbers that were typed or printed have nine digits at least: fixed values that others determine may be off by as much,
-/// and move onto the equations.
+/// Numbers that were typed or printed have nine digits at least: fixed values that others determine may be
+/// off by as much, and move onto the equations.
 static bool settle(const StartSystem& s, const Selection& selection, Vec& w) {
   constexpr double digits = 1e-9;
   if (refine(s, Selected(s, selection), w)) return true;
@@ -292,8 +241,9 @@ static Selection part_of(const StartSystem& s, const StartLevels& levels, int le
   return part;
 }
 
-/// Large systems, and conditions of high order, level by level: conditions on positions, then those on velocities …,
-/// then everything. Far from a solution, accelerations and multipliers would only be in the way.
+/// Large systems, and conditions of high order, level by level: conditions on positions,
+/// then those on velocities …, then everything. Far from a solution, accelerations and
+/// multipliers would only be in the way.
 static StartSolution by_levels(const StartSystem& s, Vec w, const Selection& selection) {
   const StartLevels& levels = levels_of(s);
   const bool high = levels.highest >= StartLevels::high;
@@ -319,7 +269,7 @@ static int stuck_row(const StartSystem& s, const Vec& w, const Selection& select
   const Selected system(s, selection);
   const Vec r = system.residual(w);
   const Sparse J = system.jacobian(w);
-  if (!r.allFinite() || !finite(J)) return -1;
+  if (!r.allFinite() || !all_finite(J)) return -1;
   Vec largest = Vec::Zero(J.rows());
   for (Index j = 0; j < J.outerSize(); ++j)
     for (Sparse::InnerIterator it(J, j); it; ++it)
@@ -375,6 +325,33 @@ std::vector<Attempt> attempts_for(const StartSystem& s, const Selection& selecti
 
 }  // namespace
 
+/// With the exponents of the equations as unknowns of their own, from the guess.
+static StartSolution with_lifted_exponents(const StartSystem& s, const Selection& selection) {
+  std::vector<Expr> rows, unknowns, given = s.given();
+  for (std::size_t i = 0; i < s.rows.size(); ++i)
+    if (selection.rows.empty() || selection.rows[i]) rows.push_back(s.rows[i]);
+  Vec w = first_point(s, 0, selection);
+  std::vector<double> values = s.given_values(), from, units;
+  std::vector<Index> place;
+  for (std::size_t j = 0; j < s.unknowns.size(); ++j) {
+    const auto k = static_cast<Index>(j);
+    const bool held = !selection.held.empty() && selection.held[j];
+    (held ? given : unknowns).push_back(s.unknowns[j]);
+    (held ? values : from).push_back(w[k]);
+    if (held) continue;
+    place.push_back(k);
+    units.push_back(s.unit[k]);
+  }
+  const LiftedNewton lifted(rows, unknowns, given);
+  if (!lifted.applies()) return {};
+  const auto moving = static_cast<Index>(from.size());
+  const auto found =
+      lifted(Eigen::Map<const Vec>(from.data(), moving), values, Eigen::Map<const Vec>(units.data(), moving));
+  if (!found) return {};
+  w(place) = *found;
+  return gauss_newton(s, std::move(w), selection);
+}
+
 StartSolution solve_start(const StartSystem& s, const Selection& selection) {
   StartSolution best;
   bool defined = false;  // at some first point
@@ -389,6 +366,7 @@ StartSolution solve_start(const StartSystem& s, const Selection& selection) {
     if (from.size() > dense_up_to && (best.stuck = stuck_row(s, from, selection)) >= 0) break;
   }
   best.defined = defined;
+  if (StartSolution found = with_lifted_exponents(s, selection); found.solved) return found;
   return best;
 }
 

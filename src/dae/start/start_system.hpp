@@ -10,23 +10,25 @@
 #include <optional>
 
 #include "base/math.hpp"
+#include "dae/newton/least_step.hpp"
 #include "dae/points/magnitudes.hpp"
 #include "dae/start/start.hpp"
 #include "expr/graph/evaluator.hpp"
 
 namespace pendula::dae {
 
-/// Conditions by how often equations were differentiated for them, then the equations of index 1; an unknown belongs
-/// to the first level that contains it. Where that is often, each level is solved with those below it held, as Pryce
-/// (BIT 41(2), 2001, §3) solves for Taylor coefficients: the ninth derivative has terms of all sizes.
+/// Conditions by how often equations were differentiated for them, then the equations of index 1; an
+/// unknown belongs to the first level that contains it. Where that is often, each level is solved with
+/// those below it held, as Pryce (BIT 41(2), 2001, §3) solves for Taylor coefficients: the ninth
+/// derivative has terms of all sizes.
 struct StartLevels {
   static constexpr int high = 5;        ///< derivatives from which on levels are held
   int highest = -1;                     ///< of the conditions; the equations are highest + 1
   std::vector<int> of_row, of_unknown;  ///< rows that are no fixes; unknowns
 };
 
-/// The part of a StartSystem that depends on which values are fixed, not on the values: starts of one kind
-/// share it.
+/// The part of a StartSystem that depends on which values are fixed, not on the
+/// values: starts of one kind share it.
 struct StartEquations {
   ModelPtr model, low;
   std::vector<Expr> unknowns, rows;
@@ -79,6 +81,9 @@ class StartSystem {
   /// The unknown that fix k (guess k) is about; nothing if it is an expression in several.
   std::optional<Eigen::Index> fixed_unknown(std::size_t k) const { return equations_->fixed_unknown[k]; }
   const std::vector<char>& guessed() const { return guessed_; }
+  /// Leaves of the rows that are no unknowns, t, parameters and fixed values, and their values.
+  const std::vector<Expr>& given() const { return equations_->given; }
+  const std::vector<double>& given_values() const { return given_; }
   /// Unknowns with a value of their own in fix.
   std::vector<char> fixed() const;
 
@@ -92,7 +97,8 @@ class StartSystem {
   /// The rows themselves, without units.
   std::vector<double> values(const Vec& w) const { return (*equations_->values)(leaf_values(w)); }
   bool has_signs() const { return equations_->has_signs; }
-  /// ∂F/∂(top derivatives, algebraic variables) of the equations of index 1, scaled; 0 where it is cancellation.
+  /// ∂F/∂(top derivatives, algebraic variables) of the equations of index 1, scaled;
+  /// 0 where it is cancellation.
   Mat top_jacobian(const Vec& w) const;
 
  private:
@@ -124,12 +130,11 @@ struct StartSolution {
 /// equations leave freedom. Cost: per step one orthogonal decomposition, above `dense_up_to` unknowns a
 /// sparse LDLᵀ of the regularised normal equations in augmented form.
 StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selection = {});
-constexpr Eigen::Index dense_up_to = 250;
 constexpr double allowed_errors =
     16;  ///< bounds of rounding errors that the residuals of a solution may have
 
-/// The unknown of a solution that rounding errors of the residuals change most, if by more than a hundredth of it. Nothing
-/// above `dense_up_to` unknowns. Cost: one orthogonal decomposition.
+/// The unknown of a solution that rounding errors of the residuals change most, if by more than a hundredth
+/// of it. Nothing above `dense_up_to` unknowns. Cost: one orthogonal decomposition.
 std::optional<LostDigits> lost_digits(const StartSystem& s, const Vec& w);
 /// Where steps shrank by half only: the unknowns along the null vector of the Jacobian. Cost: one SVD.
 std::optional<LostDigits> digits_at_double_root(const StartSystem& s, const Vec& w);
@@ -138,8 +143,8 @@ std::optional<LostDigits> digits_at_double_root(const StartSystem& s, const Vec&
 /// the opposite signs, and further away.
 StartSolution solve_start(const StartSystem& s, const Selection& selection = {});
 constexpr int start_attempts = 5;
-/// Where the guess leads nowhere: with a guess for one more unknown after the other. Small models only, and not where
-/// intervals prove that there is no solution.
+/// Where the guess leads nowhere: with a guess for one more unknown after the other. Small models only, and
+/// not where intervals prove that there is no solution.
 StartSolution solve_from_afar(const ModelPtr& model, const StartSystem& s);
 /// Where the equations to be solved are of form "array": from derivatives that are found order by order.
 StartSolution solve_by_orders(const ModelPtr& model, const StartSystem& s);
@@ -163,8 +168,8 @@ Freedom sparse_freedom(const StartSystem& s, const Eigen::SparseMatrix<double>& 
 
 /// Errors. What each says: start_errors.cpp, start_conflict.cpp.
 [[noreturn]] void explain_undefined(const ModelPtr& model, const StartSystem& s);
-/// "x′ = 1": values at a start where equations divide by 0, if the solution continues smoothly through it. Of small models
-/// that algebra can free of their denominators; else "".
+/// "x′ = 1": values at a start where equations divide by 0, if the solution continues smoothly through it. Of
+/// small models that algebra can free of their denominators; else "".
 std::string smooth_values(const ModelPtr& model, const StartRequest& request);
 [[noreturn]] void explain_stuck(const StartSystem& s, std::size_t row);
 [[noreturn]] void explain_conflict(const StartSystem& s, const StartSolution& failed);
@@ -175,18 +180,18 @@ std::string smooth_values(const ModelPtr& model, const StartRequest& request);
 /// throws    Error that says for every region why it has no consistent start
 ConsistentStatePtr start_in_region(const ModelPtr& model, const StartRequest& request);
 
-/// Where arguments of sign are 0 at a start that takes sign(0) = 0: the start at which they are 1, -1, or what
-/// keeps the argument 0; nullptr where there is nothing to decide, or no such start.
+/// Where arguments of sign are 0 at a start that takes sign(0) = 0: the start at which they are 1, -1, or
+/// what keeps the argument 0; nullptr where there is nothing to decide, or no such start.
 ConsistentStatePtr start_on_signs(const ModelPtr& model, const StartRequest& request,
                                   const ConsistentState& plain);
 
-/// Throws Error where the equations of index 1 do not determine x′ and z at this point, with what vanishes there and
-/// the values of a solution that continues smoothly, if there is one; where the values are not all determined yet
-/// (`is_determined`), only if there is one. Small models only.
+/// Throws Error where the equations of index 1 do not determine x′ and z at this point, with what vanishes
+/// there and the values of a solution that continues smoothly, if there is one; where the values are not all
+/// determined yet (`is_determined`), only if there is one. Small models only.
 void require_regular_point(const ModelPtr& model, const StartSystem& s, const Vec& w, bool is_determined);
 
-/// What vanishes at a point where the equations do not determine x′ and z, and how solutions go on from it: the end of a
-/// sentence such as "The equations are singular here". "" where neither is known.
+/// What vanishes at a point where the equations do not determine x′ and z, and how solutions go on from it:
+/// the end of a sentence such as "The equations are singular here". "" where neither is known.
 struct Crossing {
   std::string factors;  ///< "z = 0"
   std::string ways;     ///< "z′ = -1 or z′ = 1"
@@ -194,7 +199,8 @@ struct Crossing {
 };
 Crossing crossing_at(const ModelPtr& model, const StartSystem& s, const Vec& w);
 
-/// A sentence for a mechanism of which multipliers alone are not determined: its constraints depend on each other.
+/// A sentence for a mechanism of which multipliers alone are not determined: its
+/// constraints depend on each other.
 std::string redundancy_hint(const ModelPtr& model, const std::vector<Expr>& open);
 
 /// The contradictory fixes moved onto the constraints: min Σ ((w_j - fix_j)/s_j)² subject to the equations.

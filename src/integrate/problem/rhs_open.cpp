@@ -12,11 +12,12 @@ namespace pendula::integrate {
 bool RhsSolver::is_regular_in_other_units() const {
   std::vector<double> scaled = entries_;
   for (double& entry : scaled) entry = std::fabs(entry);
-  const std::vector<double> scale = column_scale(solver_.size(), positions_, scaled);
+  const std::vector<double> scale = column_scale(solver_.size(), layout_->positions, scaled);
   if (scale.empty()) return false;
-  for (std::size_t k = 0; k < scaled.size(); ++k) scaled[k] = entries_[k] * scale[positions_[k].column];
+  for (std::size_t k = 0; k < scaled.size(); ++k)
+    scaled[k] = entries_[k] * scale[layout_->positions[k].column];
   LinearSolver<double> solver;
-  solver.analyse(solver_.size(), positions_);
+  solver.analyse(solver_.size(), layout_->positions);
   return solver.factorise(scaled.data()) && solver.weakest_pivot() > least_pivot;
 }
 

@@ -5,10 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <unordered_map>
-#include <unordered_set>
-#include "dae/model/first_order.hpp"
-#include "dae/structure/blocks.hpp"
+#include "dae/newton/lifted_newton.hpp"
 #include "integrate/problem/per_equations.hpp"
 #include "integrate/solve/error_sizes.hpp"
 
@@ -16,83 +13,22 @@ namespace pendula::integrate {
 /// Without a branch, unlike std::max.
 static double greater(double a, double b) { return a > b ? a : b; }
 
-/// Unknowns that may have several solutions where those before them are known: equations are taken in blocks, each of
-/// which is solvable after those before it, and a block may have several solutions where its matrix depends on its own
-/// unknowns. Of velocities and accelerations there is one at each position.
-static std::vector<double> ambiguous(const std::vector<Expr>& unknowns,
-                                     const std::vector<Position>& positions,
-                                     const std::vector<Expr>& partials) {
-  const int size = static_cast<int>(unknowns.size());
-  dae::Pattern pattern(unknowns.size());
-  for (const Position& p : positions) pattern[p.row].push_back(p.column);
-  const dae::Blocks blocks = dae::dulmage_mendelsohn(pattern, size);
-  std::vector<std::size_t> block_of_row(unknowns.size()), block_of_column(unknowns.size());
-  for (std::size_t b = 0; b < blocks.square.size(); ++b) {  // what is not square counts as one block
-    for (int row : blocks.square[b].rows) block_of_row[row] = b + 1;
-    for (int column : blocks.square[b].columns) block_of_column[column] = b + 1;
-  }
-  std::vector<std::vector<Expr>> inside(blocks.square.size() + 1);
-  for (std::size_t k = 0; k < positions.size(); ++k)
-    if (const std::size_t b = block_of_row[positions[k].row]; b == block_of_column[positions[k].column])
-      inside[b].push_back(partials[k]);
-  std::unordered_map<Expr, int> column_of;
-  for (int j = 0; j < size; ++j) column_of.emplace(unknowns[j], j);
-  std::vector<double> result(unknowns.size(), 0.0);
-  for (std::size_t b = 0; b < inside.size(); ++b)
-    for (Expr leaf : leaves(inside[b]))
-      if (const auto found = column_of.find(leaf);
-          found != column_of.end() && block_of_column[found->second] == b)
-        result[found->second] = 1;
-  return result;
-}
-
-RhsSolver::Layout RhsSolver::layout_of(const Problem& problem) {
-  const dae::FirstOrder& model = problem.model();
-  std::unordered_set<Expr> unknown(model.xdot.begin(), model.xdot.end());
-  unknown.insert(model.z.begin(), model.z.end());
-  const std::unordered_set<Expr> fixed(model.p.begin(), model.p.end());
-  Layout layout;
-  std::vector<Expr> partials;
-  for (std::size_t k = 0; k < problem.pattern().size(); ++k) {
-    const Problem::Entry e = problem.pattern()[k];
-    if (e.column < problem.n()) continue;
-    layout.positions.push_back({e.row, e.column - problem.n()});
-    partials.push_back(problem.partials()[k]);
-  }
-  std::unordered_set<Expr> inside;
-  for (Expr leaf : leaves(partials)) {
-    inside.insert(leaf);
-    layout.linear = layout.linear && !unknown.count(leaf);
-    layout.constant = layout.constant && (fixed.count(leaf) || symbol_of(leaf).kind == Kind::constant);
-  }
-  std::vector<Expr> unknowns = model.xdot;
-  unknowns.insert(unknowns.end(), model.z.begin(), model.z.end());
-  for (Expr leaf : unknowns) layout.curved.push_back(inside.count(leaf) ? 1 : 0);
-  if (!layout.linear) layout.ambiguous = ambiguous(unknowns, layout.positions, partials);
-  layout.values = codegen::Kernel(partials, problem.arguments());
-  return layout;
-}
-
 RhsSolver::RhsSolver(ProblemPtr problem, Stats& stats)
     : problem_(std::move(problem)), stats_(stats), ode_(problem_->is_ode()) {
   if (ode_) return;
-  static PerEquations<Layout> known;
-  const Layout& layout = known.of(*problem_, [&] { return layout_of(*problem_); });
-  positions_ = layout.positions;
-  linear_ = layout.linear;
-  constant_ = layout.constant;
-  curved_ = layout.curved;
-  ambiguous_ = layout.ambiguous;
-  usual_.assign(curved_.size(), 0.0);
-  jacobian_ = layout.values;
+  static PerEquations<std::shared_ptr<const RhsLayout>> known;
+  layout_ = known.of(*problem_, [&] { return std::make_shared<const RhsLayout>(rhs_layout(*problem_)); });
+  usual_.assign(layout_->curved.size(), 0.0);
+  jacobian_ = layout_->values;
   const auto unknowns = static_cast<std::size_t>(problem_->n() + problem_->m());
-  entries_.resize(layout.positions.size());
+  entries_.resize(layout_->positions.size());
   r_.resize(unknowns);
+  residual_.resize(unknowns);
   changed_.resize(unknowns);
   before_.resize(unknowns);
   rounding_.resize(unknowns);
   values_.resize(unknowns + static_cast<std::size_t>(problem_->n()));
-  solver_.analyse(static_cast<int>(unknowns), layout.positions);
+  solver_.analyse(static_cast<int>(unknowns), layout_->positions);
 }
 
 bool RhsSolver::assemble() {
@@ -138,24 +74,24 @@ bool RhsSolver::solve(double t, const double* x, double* xdot, double* z, bool n
   }
   std::copy_n(xdot, n, at + n);
   std::copy_n(z, m, at + 2 * n);
-  if (near || linear_) return newton(xdot, z, near);
+  if (near || is_linear()) return newton(xdot, z, near);
   begin_.assign(at + n, at + 2 * n + m);
   if (newton(xdot, z, near)) return true;
   const Trouble plain = trouble_;
-  std::copy(begin_.begin(), begin_.end(), at + n);
-  if (!approach()) {
-    trouble_ = plain;
-    std::copy_n(begin_.data(), n, xdot);
-    std::copy_n(begin_.data() + n, m, z);
-    return false;
+  for (const auto nearer : {&RhsSolver::approach, &RhsSolver::approach_by_exponents}) {
+    std::copy(begin_.begin(), begin_.end(), at + n);
+    if ((this->*nearer)() && newton(xdot, z, near)) return true;
   }
-  return newton(xdot, z, near);
+  trouble_ = plain;
+  std::copy_n(begin_.data(), n, xdot);
+  std::copy_n(begin_.data() + n, m, z);
+  return false;
 }
 
-/// Newton's iteration with damping, for exponentials whose linearisation leads far beyond where it holds: a step is
-/// halved until the next correction with the same matrix, δ̄, has become shorter, ‖δ̄‖ ≤ (1 - λ/4) ‖δ‖ (natural
-/// monotonicity; Deuflhard, Newton Methods for Nonlinear Problems, 2004, §3.2-3.3). The unknowns move until a whole step
-/// halves the correction. Lengths in units of the values at the beginning.
+/// Newton's iteration with damping, for exponentials whose linearisation leads far beyond where it holds: a
+/// step is halved until the next correction with the same matrix, δ̄, has become shorter, ‖δ̄‖ ≤ (1 - λ/4)
+/// ‖δ‖ (natural monotonicity; Deuflhard, Newton Methods for Nonlinear Problems, 2004, §3.2-3.3). The unknowns
+/// move until a whole step halves the correction. Lengths in units of the values at the beginning.
 bool RhsSolver::approach() {
   constexpr int most = 60;
   constexpr double least = 1e-6, longest = 1e100;
@@ -192,6 +128,27 @@ bool RhsSolver::approach() {
   return false;
 }
 
+/// With the exponents of the equations as unknowns of their own: diodes after a jump of their source.
+bool RhsSolver::approach_by_exponents() {
+  static PerEquations<std::shared_ptr<const dae::LiftedNewton>> known;
+  const auto first = 1 + problem_->n(), size = static_cast<int>(r_.size());
+  const auto others = [&](const auto& of_arguments) {
+    std::decay_t<decltype(of_arguments)> rest(of_arguments.begin(), of_arguments.begin() + first);
+    rest.insert(rest.end(), of_arguments.begin() + first + size, of_arguments.end());
+    return rest;
+  };
+  const auto& lifted = known.of(*problem_, [&] {
+    const std::span<const Expr> arguments = problem_->arguments();
+    return std::make_shared<const dae::LiftedNewton>(problem_->model().F, arguments.subspan(first, size),
+                                                     others(problem_->arguments()));
+  });
+  if (!lifted->applies()) return false;
+  const auto found =
+      (*lifted)(Eigen::Map<const Vec>(begin_.data(), size), others(problem_->values()), Vec::Ones(size));
+  if (found) std::copy_n(found->data(), size, problem_->unknowns() + problem_->n());
+  return found.has_value();
+}
+
 /// One correction with the factorisation at hand; its length in units of the unknowns, NaN if F is not
 /// finite. Also moved_ and moved_curved_.
 double RhsSolver::correct(double* xdot, double* z) {
@@ -206,7 +163,8 @@ double RhsSolver::correct(double* xdot, double* z) {
   solver_.solve(r_.data());
   ++stats_.newton_iterations;
   double* at = problem_->unknowns() + n;
-  const double *const change = r_.data(), *const usual = usual_.data(), *const curved = curved_.data();
+  const double *const change = r_.data(), *const usual = usual_.data(),
+                      *const curved = layout_->curved.data();
   double size = 0;
   for (int i = 0; i < N; ++i) {
     at[i] -= change[i];
@@ -229,30 +187,32 @@ double RhsSolver::correct(double* xdot, double* z) {
   return largest;
 }
 
-/// F is what its own rounding leaves: it changes by as much where the last bits of x, x′ and z do. Where the terms
-/// of a small x′ are large, corrections never become small beside x′ itself.
+/// F is what its own rounding leaves: it changes by as much where the last bits of x, x′ and z do. Where the
+/// terms of a small x′ are large, corrections never become small beside x′ itself.
 bool RhsSolver::solved_to_rounding() {
   constexpr double last_bits = 4 * std::numeric_limits<double>::epsilon();
   double* at = problem_->unknowns();
-  problem_->residual(r_.data());
+  problem_->residual(residual_.data());
   std::copy_n(at, values_.size(), values_.begin());
   std::fill(rounding_.begin(), rounding_.end(), 0.0);
-  for (std::size_t run : {1, 2}) {  // two patterns of signs: + - + - and + + - -
+  ++stats_.evaluations;
+  for (std::size_t run = 1; run < 2 * values_.size();
+       run *= 2) {  // in one of the patterns, two of them differ
     for (std::size_t j = 0; j < values_.size(); ++j)
       at[j] = values_[j] * (1 + (j / run % 2 == 0 ? last_bits : -last_bits));
     problem_->residual(changed_.data());
-    for (std::size_t i = 0; i < r_.size(); ++i) rounding_[i] += std::fabs(changed_[i] - r_[i]);
+    ++stats_.evaluations;
+    for (std::size_t i = 0; i < residual_.size(); ++i) rounding_[i] += std::fabs(changed_[i] - residual_[i]);
   }
   std::copy(values_.begin(), values_.end(), at);
-  stats_.evaluations += 3;
-  for (std::size_t i = 0; i < r_.size(); ++i)
-    if (!(std::fabs(r_[i]) <= rounding_[i])) return false;
+  for (std::size_t i = 0; i < residual_.size(); ++i)
+    if (!(std::fabs(residual_[i]) <= rounding_[i])) return false;
   return true;
 }
 
-/// After a correction, with a matrix of the point before it or not. Newton: δₖ₊₁ ≈ C δₖ²; with a matrix that was made at
-/// a distance d from the solution δₖ₊₁ ≈ 2 C d δₖ, and measured, θ δₖ (Hairer & Wanner II, §IV.8). Lengths in units of
-/// each unknown: beside a fast x′ a small current counts as much.
+/// After a correction, with a matrix of the point before it or not. Newton: δₖ₊₁ ≈ C δₖ²; with a matrix that
+/// was made at a distance d from the solution δₖ₊₁ ≈ 2 C d δₖ, and measured, θ δₖ (Hairer & Wanner II,
+/// §IV.8). Lengths in units of each unknown: beside a fast x′ a small current counts as much.
 void RhsSolver::expect(Progress& progress, bool fresh, bool first) {
   constexpr double least = 0.1, remembered = 0.5, careful = 10;
   const double before = progress.last;
@@ -290,25 +250,44 @@ bool RhsSolver::renewal_pays(const Progress& progress) const {
   return cost * renewed < kept;
 }
 
-/// The last correction beside the one before it, in units that the equations tell: an unknown j is of the size at which it
-/// would count in one of them, minᵢ maxₖ |Jᵢₖ yₖ|/|Jᵢⱼ|, where it is not larger. The angle of a bar that stays level is 0, and
-/// every correction of it long beside its value.
+/// maxₖ |Jᵢₖ yₖ| by equation.
+std::vector<double>& RhsSolver::largest_terms() {
+  const double* at = problem_->unknowns() + problem_->n();
+  std::fill(rounding_.begin(), rounding_.end(), 0.0);
+  for (std::size_t k = 0; k < entries_.size(); ++k) {
+    double& term = rounding_[layout_->positions[k].row];
+    term = greater(term, std::fabs(entries_[k] * at[layout_->positions[k].column]));
+  }
+  return rounding_;
+}
+
+/// The last correction changes no nonlinear term visibly. Beside an x′ of 10⁶⁰, on the way down an
+/// exponential, every step of another unknown looks like rounding.
+bool RhsSolver::bends_little() {
+  constexpr double visible = 1e-6;
+  const std::vector<double>& terms = largest_terms();
+  for (std::size_t k = 0; k < entries_.size(); ++k)
+    if (const auto [row, column] = layout_->positions[k];
+        layout_->bent[k] && std::fabs(entries_[k] * r_[column]) > visible * terms[row])
+      return false;
+  return true;
+}
+
+/// The last correction beside the one before it, in units that the equations tell: an unknown j is of the
+/// size at which it would count in one of them, minᵢ maxₖ |Jᵢₖ yₖ|/|Jᵢⱼ|, where it is not larger. The angle
+/// of a bar that stays level is 0, and every correction of it long beside its value.
 double RhsSolver::contraction() {
   const std::size_t size = r_.size();
   const double* at = problem_->unknowns() + problem_->n();
-  std::vector<double>&terms = rounding_, &units = changed_;
-  std::fill(terms.begin(), terms.end(), 0.0);
+  std::vector<double>&terms = largest_terms(), &units = changed_;
   std::fill(units.begin(), units.end(), std::numeric_limits<double>::infinity());
   for (std::size_t k = 0; k < entries_.size(); ++k)
-    terms[positions_[k].row] =
-        greater(terms[positions_[k].row], std::fabs(entries_[k] * at[positions_[k].column]));
-  for (std::size_t k = 0; k < entries_.size(); ++k)
     if (entries_[k] != 0)
-      units[positions_[k].column] =
-          std::min(units[positions_[k].column], terms[positions_[k].row] / std::fabs(entries_[k]));
+      units[layout_->positions[k].column] = std::min(
+          units[layout_->positions[k].column], terms[layout_->positions[k].row] / std::fabs(entries_[k]));
   double now = 0, before = 0;
   for (std::size_t j = 0; j < size; ++j) {
-    if (ambiguous_[j] == 0) continue;
+    if (layout_->ambiguous[j] == 0) continue;
     const double unit = greater(units[j], std::fabs(at[j])) + std::numeric_limits<double>::min();
     now = greater(now, std::fabs(r_[j]) / unit);
     before = greater(before, std::fabs(before_[j]) / unit);
@@ -318,8 +297,8 @@ double RhsSolver::contraction() {
 
 bool RhsSolver::newton(double* xdot, double* z, bool near) {
   constexpr double stagnation = 1e-11, fast = 0.25, small = 1e-6, certain = 0.1;
-  if (linear_) {
-    if ((!constant_ || !ready_) && !assemble()) return false;
+  if (is_linear()) {
+    if ((!layout_->constant || !ready_) && !assemble()) return false;
     return !std::isnan(correct(xdot, z));
   }
   double previous = std::numeric_limits<double>::infinity();
@@ -338,11 +317,12 @@ bool RhsSolver::newton(double* xdot, double* z, bool near) {
     if (std::isnan(now)) return ready_ = false;
     expect(progress, fresh, k == 0);
     const bool stagnates = now <= stagnation && now >= previous / 2;
-    if (now <= rounding || (stagnates && fresh)) return true;  // old matrices contract slowly, too
+    const bool still = now <= rounding || (stagnates && fresh);  // old matrices contract slowly, too
+    // With matrices of this point, what does not shrink is rounding, of lengths of kilometres whose
+    // difference is an unknown; at a double root it would be halved.
+    const bool stuck = k >= 4 && now <= small && now >= 0.75 * previous;
+    if ((still || stuck) && (moved_curved_ <= small || bends_little() || solved_to_rounding())) return true;
     if (progress.expected <= accuracy_ && progress.rate <= certain) return true;
-    // With matrices of this point, what does not shrink is rounding, of lengths of kilometres whose difference is an
-    // unknown; at a double root it would be halved.
-    if (k >= 4 && now <= small && now >= 0.75 * previous) return true;
     if (k > 20 && now > 1e3) break;
     if (near && k > 0 && previous > small && now > slowest * previous && contraction() > slowest) {
       ready_ = false;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/error.hpp"
-#include "integrate/problem/problem.hpp"
+#include "integrate/problem/rhs_layout.hpp"
 #include "integrate/solve/linear_solver.hpp"
 #include "integrate/solve/stats.hpp"
 
@@ -36,8 +36,8 @@ class RhsSolver {
   /// equations leave them open; throws Failure where they have no solution.
   bool settle(Point& point);
   std::string reason() const;
-  bool is_linear() const { return linear_; }
-  bool has_constant_matrix() const { return constant_; }
+  bool is_linear() const { return ode_ || layout_->linear; }
+  bool has_constant_matrix() const { return ode_ || layout_->constant; }
   bool is_singular() const { return trouble_ == Trouble::singular || !is_regular(); }
   /// ∂F/∂(x′, z) was well away from singular, in any units of the unknowns, where it was last factorised.
   bool is_regular() const {
@@ -45,23 +45,14 @@ class RhsSolver {
   }
 
  private:
-  /// Of ∂F/∂(x′, z).
-  struct Layout {
-    std::vector<Position> positions;
-    codegen::Kernel values;
-    std::vector<double> curved;  ///< by unknown: 1 where the matrix depends on it, else 0
-    /// By unknown: 1 where it may have several values while the unknowns of the blocks before its own have one.
-    std::vector<double> ambiguous;
-    bool linear = true, constant = true;
-  };
   static constexpr double rounding = 1e-14;
   static constexpr double least_pivot = 1e-12;  ///< of its row
   bool is_regular_in_other_units() const;
-  static Layout layout_of(const Problem& problem);
   bool assemble();
   bool solve(double t, const double* x, double* xdot, double* z, bool near);
   bool newton(double* xdot, double* z, bool near);
   bool approach();
+  bool approach_by_exponents();
   double correct(double* xdot, double* z);
   /// Newton's iteration as it goes, lengths in units of the unknowns: what the next corrections will be.
   struct Progress {
@@ -71,24 +62,25 @@ class RhsSolver {
     double expected = std::numeric_limits<double>::infinity();  ///< length of the next one, with this matrix
   };
   void expect(Progress& progress, bool fresh, bool first);
+  std::vector<double>& largest_terms();
+  bool bends_little();
   double contraction();
   bool renewal_pays(const Progress& progress) const;
   bool solved_to_rounding();
   ProblemPtr problem_;
   Stats& stats_;
   codegen::Kernel jacobian_;
-  std::vector<Position> positions_;  ///< of entries_
-  std::vector<double> entries_, r_, changed_, rounding_, values_;
-  std::vector<double> before_;              ///< the correction before r_
-  std::vector<double> begin_;               ///< x′ and z that a search begins with
-  std::vector<double> curved_, ambiguous_;  ///< as in Layout
-  std::vector<double> usual_;               ///< size of every unknown, of late
-  double moved_ = 0;         ///< last correction, longest part of all unknowns in units of each
-  double moved_curved_ = 0;  ///< the same of those that the matrix depends on
-  double curvature_ = 1;     ///< δₖ₊₁/δₖ² of Newton's iteration in the solutions so far
+  std::shared_ptr<const RhsLayout> layout_;  ///< nullptr for explicit ODEs
+  std::vector<double> entries_, r_, residual_, changed_, rounding_, values_;
+  std::vector<double> before_;  ///< the correction before r_
+  std::vector<double> begin_;   ///< x′ and z that a search begins with
+  std::vector<double> usual_;   ///< size of every unknown, of late
+  double moved_ = 0;            ///< last correction, longest part of all unknowns in units of each
+  double moved_curved_ = 0;     ///< the same of those that the matrix depends on
+  double curvature_ = 1;        ///< δₖ₊₁/δₖ² of Newton's iteration in the solutions so far
   double accuracy_ = rounding;
   LinearSolver<double> solver_;
-  bool ode_, linear_ = true, constant_ = true, ready_ = false;
+  bool ode_, ready_ = false;
   enum class Trouble { none, not_finite, singular, diverged, far } trouble_ = Trouble::none;
   int culprit_ = 0;
   unsigned version_ = 0;  ///< of the problem, when it was factorised

@@ -149,6 +149,7 @@ class FixedBdf {
     NewtonResult result = newton_.solve(equations_, w);
     stats_.newton_iterations += result.iterations;
     stats_.factorisations += result.factorisations;
+    if (!result.ok() && guess_without_motion(from, t, w)) result = newton_.solve(equations_, w);
     if (!result.ok())
       throw Failure(text("Newton did not converge (dt = ", rounded(dt, 6), ", ", result.iterations,
                          " iterations, ‖r‖ = ", rounded(result.residual, 3),
@@ -158,6 +159,18 @@ class FixedBdf {
     to.xdot = equations_.velocity(w);
     to.z = w.tail(problem_->m());
     if (problem_->projects()) problem_->project(t, to.x);
+  }
+
+  /// z at t as if x did not change on the way: a source may jump in the step, and diodes with it.
+  bool guess_without_motion(const Point& from, double t, Vec& w) {
+    Point point{t, from.x, from.xdot, from.z};
+    try {
+      if (!RhsSolver(problem_, stats_).settle(point)) return false;
+    } catch (const Failure&) {
+      return false;
+    }
+    w << point.x, point.z;
+    return true;
   }
 
   ProblemPtr problem_;

@@ -12,6 +12,7 @@ ModeTracker::ModeTracker(AdaptiveState& state, MethodSelector& method)
     : state_(state),
       method_(method),
       jump_(state),
+      across_(state),
       excursions_(state),
       uniqueness_(*state.problem),
       borders_(state.plan.events.list.size()) {}
@@ -131,14 +132,22 @@ bool ModeTracker::pass(const Crossings& crossed, const std::vector<int>& changed
 }
 
 /// False where every choice of modes leads to another one; `changed`: the surfaces that disagree.
-bool ModeTracker::try_modes(const Point& point, const Crossings& crossed, std::vector<int>& changed) {
+bool ModeTracker::try_modes(Point point, const Crossings& crossed, std::vector<int>& changed) {
   Stepper& stepper = state_.stepper();
   start_finder(point, crossed);
+  bool across = false;
   for (std::size_t k = 0; k < 2 * borders_.size() + 2; ++k) {
-    changed = set_modes(k == 0 ? point : Point(stepper.here()), crossed);
-    if (k > 0 && changed.empty()) return true;
-    stepper.start(point, state_.end);
-    start_finder(stepper.here(), crossed);
+    changed = set_modes(k == 0 || across ? point : Point(stepper.here()), crossed);
+    if (k > 0 && !across && changed.empty()) return true;
+    try {
+      stepper.start(point, state_.end);
+      start_finder(stepper.here(), crossed);
+      across = false;
+    } catch (const Failure&) {
+      if (across || !across_.solve(point, modes_, treatments())) throw;
+      across = true;
+      start_finder(point, crossed);
+    }
   }
   return false;
 }
@@ -317,14 +326,20 @@ bool ModeTracker::thaw_one(int which, const Point& point) {
   return true;
 }
 
+/// By surface.
+std::vector<Treatment> ModeTracker::treatments() const {
+  std::vector<Treatment> treatment(borders_.size(), Treatment::frozen);
+  for (std::size_t i = 0; i < borders_.size(); ++i)
+    if (events()[i].surface) treatment[events()[i].surface_number] = borders_[i].treatment;
+  return treatment;
+}
+
 /// The run goes on with equations in which every border is treated as it is now.
 void ModeTracker::rebuild(const Point& point) {
-  std::vector<Treatment> treatment(borders_.size(), Treatment::frozen);
   bool any = false;
   for (std::size_t i = 0; i < borders_.size(); ++i) {
     if (!events()[i].surface) continue;
     state_.finder.ignore(static_cast<int>(i), !is_frozen(i));
-    treatment[events()[i].surface_number] = borders_[i].treatment;
     any =
         any || !events()[i].modes.empty() || borders_[i].treatment == Treatment::sliding || !weights_.empty();
   }
@@ -334,7 +349,7 @@ void ModeTracker::rebuild(const Point& point) {
   std::unordered_map<Expr, double> values;
   for (std::size_t k = 0; k < problem.arguments().size(); ++k)
     values[problem.arguments()[k]] = problem.values()[k];
-  TreatedProblem treated = state_.plan.treat(treatment, values);
+  TreatedProblem treated = state_.plan.treat(treatments(), values);
   weights_ = std::move(treated.weights);
   state_.use(std::move(treated.problem));
   derivative_.reset();

@@ -20,6 +20,7 @@
 
 #include "integrate/event/uniqueness.hpp"
 #include "integrate/problem/rhs_solver.hpp"
+#include "integrate/run/across_borders.hpp"
 #include "integrate/run/adaptive_state.hpp"
 #include "integrate/run/border_jump.hpp"
 #include "integrate/run/excursions.hpp"
@@ -86,7 +87,7 @@ class ModeTracker {
   }
   void begin_in_some_mode(Point point, const Crossings& crossed);
   bool pass(const Crossings& crossed, const std::vector<int>& changed);
-  bool try_modes(const Point& point, const Crossings& crossed, std::vector<int>& changed);
+  bool try_modes(Point point, const Crossings& crossed, std::vector<int>& changed);
   std::vector<int> set_modes(const Point& point, const Crossings& crossed);
   void use(const std::vector<double>& sides);
   void start_finder(const Point& point, const Crossings& crossed);
@@ -102,6 +103,7 @@ class ModeTracker {
   bool slide_along_one_of(const std::vector<int>& candidates, const Point& point, bool near);
   void release(int which, int side, double t);
   std::vector<std::pair<int, int>> outside() const;
+  std::vector<Treatment> treatments() const;
   void rebuild(const Point& point);
   void renew_exits(const std::unordered_map<Expr, double>& values);
   std::string treatment_text(const Border& border) const;
@@ -109,6 +111,7 @@ class ModeTracker {
   AdaptiveState& state_;
   MethodSelector& method_;
   BorderJump jump_;
+  AcrossBorders across_;
   Excursions excursions_;
   UniquenessCheck uniqueness_;
   std::vector<double> modes_;

@@ -106,8 +106,7 @@ void RosenbrockStepper::require_constant_mass() const {
 
 void RosenbrockStepper::start(const Point& point, double end) {
   here_ = point;
-  if (!rhs_(here_.t, here_.x.data(), here_.xdot.data(), here_.z.data()) && !rhs_.is_singular())
-    throw Failure(rhs_.reason());
+  rhs_.settle(here_);  // else x′ and z as the start gives them
   control_.start();
   trouble_.clear();
   entries_at_ = NAN;

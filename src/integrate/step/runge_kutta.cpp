@@ -5,6 +5,7 @@
 
 #include "base/decompositions.hpp"
 #include "base/text.hpp"
+#include "integrate/problem/rhs_solver.hpp"
 
 namespace pendula::integrate {
 
@@ -119,6 +120,7 @@ void RungeKutta::settle(Point& point) {
   equations_.set(Vec::Constant(1, point.t), point.x, Mat::Zero(1, 1));
   const NewtonResult result = newton(w_);
   if (result.outcome == Outcome::singular) report_undetermined(newton_.last_jacobian());
+  if (!result.ok() && settle_from_afar(point)) return;
   if (!result.ok()) report(result, "for x′ and z at the mesh point", 0);
   point.xdot = w_.head(n);
   point.z = w_.tail(problem_->m());
@@ -219,6 +221,7 @@ void RungeKutta::solve_coupled(const Point& from, double dt, Block block) {
     for (int i = 0; i < k; ++i) from_columns(i, from.xdot, from.z);
     result = newton(w_);
   }
+  if (!result.ok() && guess_at_stage_times(from, base, equations_.times())) result = newton(w_);
   if (!result.ok()) {
     const std::string where =
         k > 1 ? text("in stages ", first + 1, " to ", first + k) : text("in stage ", first + 1);
@@ -227,6 +230,26 @@ void RungeKutta::solve_coupled(const Point& from, double dt, Block block) {
   for (int i = 0; i < k; ++i) {
     K_.col(first + i) = w_.segment(i * N, n);
     Z_.col(first + i) = w_.segment(i * N + n, N - n);
+  }
+}
+
+/// x′ and z of the stages as if x did not change on the way to them: a source may jump in the step, and diodes with it.
+bool RungeKutta::guess_at_stage_times(const Point& from, const Mat& base, const Vec& times) {
+  if (direct_ || problem_->is_ode()) return false;
+  const Eigen::Index n = problem_->n(), N = n + problem_->m();
+  for (Eigen::Index i = 0; i < times.size(); ++i) {
+    Point point{times[i], base.col(i), from.xdot, from.z};
+    if (!settle_from_afar(point)) return false;
+    w_.segment(i * N, N) << point.xdot, point.z;
+  }
+  return true;
+}
+
+bool RungeKutta::settle_from_afar(Point& point) {
+  try {
+    return RhsSolver(problem_, stats_).settle(point);
+  } catch (const Failure&) {
+    return false;
   }
 }
 

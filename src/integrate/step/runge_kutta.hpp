@@ -25,6 +25,7 @@ class StageEquations : public Equations {
 
   /// k points at times t, states base.col(i) + Σⱼ coupling(i, j) Kⱼ. Shapes: t k, base n × k, coupling k × k.
   void set(const Vec& t, const Mat& base, const Mat& coupling);
+  const Vec& times() const { return t_; }
   void residual(const Vec& w, Vec& r) override;
   void jacobian(const Vec& w, Mat& J, Vec& size) override;
 
@@ -75,6 +76,8 @@ class RungeKutta {
   bool can_extrapolate(const Point& from, double dt) const;
   void solve_block(const Point& from, double dt, Block block);
   void solve_coupled(const Point& from, double dt, Block block);
+  bool guess_at_stage_times(const Point& from, const Mat& base, const Vec& times);
+  bool settle_from_afar(Point& point);
   void evaluate_stage(const Point& from, double dt, int i);
   void complete(const Point& from, Point& to);
   NewtonResult newton(Vec& w);

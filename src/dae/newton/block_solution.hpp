@@ -1,6 +1,6 @@
-// Square linear systems block by block, in the order in which blocks determine their unknowns. Units of unknowns and
-// equations matter within a block only: exp(d/V) beside d has slopes many orders apart from one end of a start to the other,
-// and rows in whose largest entries the unknowns are known already look alike.
+// Square linear systems block by block, in the order in which blocks determine their unknowns. Units of
+// unknowns and equations matter within a block only: exp(d/V) beside d has slopes many orders apart from one
+// end of a start to the other, and rows in whose largest entries the unknowns are known already look alike.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-#include "dae/start/sparse_solution.hpp"
+#include "dae/newton/sparse_solution.hpp"
 
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseLU>

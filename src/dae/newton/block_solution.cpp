@@ -1,4 +1,4 @@
-#include "dae/start/block_solution.hpp"
+#include "dae/newton/block_solution.hpp"
 
 #include "base/decompositions.hpp"
 #include "dae/structure/blocks.hpp"
@@ -8,8 +8,8 @@ namespace {
 
 using Index = Eigen::Index;
 
-/// Rows of A, and of b with them, and columns of A are divided by their largest entries, in turn; what each column has been
-/// divided by, inverse.
+/// Rows of A, and of b with them, and columns of A are divided by their largest entries, in turn; what each
+/// column has been divided by, inverse.
 Vec divide_by_largest(Mat& A, Vec& b) {
   constexpr int sweeps = 3;
   Vec column = Vec::Ones(A.cols());
