@@ -1,7 +1,7 @@
-// embed <output.cpp> <root folder> <files…>: compiles the Lua files with the Lua that will run them and writes
-// the bytecode, with line information, as a C++ source that defines embedded_stdlib(). Parsing at start-up
-// would cost more than everything else before the prompt. Other files (a font, a style sheet, pages of the manual)
-// go in as they are. Names are relative to the root, those of stdlib/ to that folder.
+// embed <output.cpp> <root folder> <files…>: compiles the Lua files with the Lua that will run them and
+// writes the bytecode, with line information, as a C++ source that defines embedded_stdlib(). Parsing at
+// start-up would cost more than everything else before the prompt. Other files (a font, a style sheet, pages
+// of the manual) go in as they are. Names are relative to the root, those of stdlib/ to that folder.
 #include <algorithm>
 #include <cstdio>
 #include <fstream>

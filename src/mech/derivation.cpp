@@ -81,7 +81,8 @@ class Collected {
   std::vector<std::pair<Expr, Expr>> groups_;
 };
 
-/// As a sum over what moves: M L² θ′ - M L x′ sin θ and not M L (L θ′ - x′ sin θ), (m + M) x″ and not m x″ + M x″.
+/// As a sum over what moves: M L² θ′ - M L x′ sin θ and not M L (L θ′ - x′ sin θ),
+/// (m + M) x″ and not m x″ + M x″.
 Expr as_terms(Expr e) {
   constexpr double longest = 200;  // nodes; multiplied out, longer sums are no easier to read
   const Expr simple = simplify(e);
@@ -99,7 +100,8 @@ VecX as_terms(const VecX& q, const VecX& v) {
 
 VecX gradient_terms(Expr e, const VecX& x) { return as_terms(x, column(gradient(e, entries(x)))); }
 
-/// The energy of positions and angles as books print it, (m₁ + m₂) l₁² θ₁′²/2 + …, where that is clearly shorter.
+/// The energy of positions and angles as books print it, (m₁ + m₂) l₁² θ₁′²/2 + …,
+/// where that is clearly shorter.
 Expr collected(Expr energy) {
   const Expr simple = as_terms(energy);
   return 10 * display_width(to_text(simple)) < 9 * display_width(to_text(energy)) ? simple : energy;

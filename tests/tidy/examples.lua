@@ -28,7 +28,9 @@ expect(0, "a loop", commas "void f() { for (int i = 0, j = 1; i < n; ++i, ++j) a
 
 local function casts(text) return function() statements.check_casts("x", source.code(text, "cpp")) end end
 expect(1, "a cast in a subscript", casts "a[static_cast<std::size_t>(i)] = 0;")
+expect(1, "a cast to Index", casts "a[static_cast<Eigen::Index>(i - f(k))] = 0;")
 expect(0, "a cast elsewhere", casts "f(static_cast<std::size_t>(i)); // a[static_cast<std::size_t>(i)]")
+expect(0, "an enum, and a factor", casts "a[static_cast<int>(kind)] = b[static_cast<std::size_t>(i) * n + k];")
 
 local function torn(text) return function() statements.check_torn_strings("x", text) end end
 expect(1, "a torn literal", torn 'f("a long text that was cut before its last "\n  "word");')
@@ -77,6 +79,8 @@ expect(1, "601 lines of a test", long("tests/x.cpp", 601))
 
 local function widths(text) return function() lengths.check_text("x.md", text) end end
 expect(1, "111 characters", widths(("a"):rep(111) .. "\n"))
+expect(1, "a comment of 111 characters",
+  function() lengths.check_text("x.cpp", "  // " .. ("a"):rep(106) .. "\n") end)
 expect(0, "a long message in quotes", widths('print "' .. ("a"):rep(150) .. '"\n'))
 expect(1, "code around a message", widths(('print(b, "a") '):rep(9) .. "x\n"))
 expect(0, "110 characters, and a table", widths(("é"):rep(110) .. "\n|" .. ("a"):rep(200) .. "|\n"))

@@ -105,15 +105,16 @@ local function is_wide(line)
   return utf8.len(line) - longest > most_width / 2
 end
 
---- Tabs, blanks at the end, the last newline, the length of a file, the width of Lua and Markdown.
+--- Tabs, blanks at the end, the last newline, the length of a file, the width of Lua, Markdown and comments.
 function lengths.check_text(file, text)
   local count = 0
-  local narrow = file:find "%.lua$" or file:find "%.md$"
+  local narrow, cpp = file:find "%.lua$" or file:find "%.md$", file:find "%.[ch]pp$"
   for number, line in lines(text) do
     count = number
     if line:find "\t" then report(file, number, "tab") end
     if line:find "[ \r]$" then report(file, number, "blanks at the end of the line") end
-    if narrow and is_wide(line) then
+    local comment = cpp and line:find "^%s*//" and #line > most_width and utf8.len(line) > most_width
+    if comment or (narrow and is_wide(line)) then
       report(file, number, ("a line of more than %d characters"):format(most_width))
     end
   end

@@ -27,11 +27,12 @@ function statements.check_commas(file, bare)
   end
 end
 
+-- A subscript that is a cast of a number and nothing else. An enum has to be cast, to int, and so has one
+-- factor of a product of large numbers.
 function statements.check_casts(file, bare)
   for at, line in lines(bare) do
-    if line:find "%[%s*static_cast<std::size_t>%(" then
-      report(file, at, "a cast to std::size_t in a subscript")
-    end
+    local to = line:match "%[%s*static_cast<([%w_:]+)>%b()%s*%]"
+    if to and to ~= "int" then report(file, at, ("a cast to %s in a subscript"):format(to)) end
   end
 end
 

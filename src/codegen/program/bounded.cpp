@@ -67,8 +67,8 @@ struct Factors {
   }
 };
 
-/// exp(u), sinh(u) or cosh(u) that is to be held at a bound: the power of ten at which the divisor overflows, or, where the
-/// quotient has a limit other than 0, at which both are far from that.
+/// exp(u), sinh(u) or cosh(u) that is to be held at a bound: the power of ten at which the divisor overflows,
+/// or, where the quotient has a limit other than 0, at which both are far from that.
 struct Growth {
   Expr function;
   double dividend, divisor;  ///< its powers there

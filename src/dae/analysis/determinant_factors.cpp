@@ -293,7 +293,8 @@ std::string conditions_text(const DeterminantFactors& v, std::optional<Determina
 
 namespace {
 
-/// Where p makes c p + d or c p² + d vanish, c free of p: -d/c, ±√(-d/c). Empty for other forms, or without a real one.
+/// Where p makes c p + d or c p² + d vanish, c free of p: -d/c, ±√(-d/c). Empty for
+/// other forms, or without a real one.
 std::vector<Expr> roots_in(Expr p, Expr factor) {
   const auto at_zero = [&](Expr e) { return simplify(substitute(e, {{p, Expr(0)}})); };
   const auto contains = [&](Expr e) { return !simplify(partial(e, p)).is_zero(); };

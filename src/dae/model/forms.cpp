@@ -283,8 +283,8 @@ static bool reads_semi_explicit(const Model& m) {
   return true;
 }
 
-/// x′ = M⁻¹ r written out, where the rows with derivatives are few, and linear in them with a matrix M(x, t) that is
-/// regular: the rows, with what M is.
+/// x′ = M⁻¹ r written out, where the rows with derivatives are few, and linear in them with a matrix M(x, t)
+/// that is regular: the rows, with what M is.
 struct SolvedForDerivatives {
   std::vector<Block> blocks;
   MatX M;

@@ -79,8 +79,8 @@ std::optional<Found> piece_or_root_of(Expr node) {
   return Found{node, v, -v, to_text(v) + " > 0", to_text(v) + " < 0", v};
 }
 
-/// Does the argument of a root have borders that no equation depends on otherwise: |…|, which has the same slopes on both
-/// sides, or max(x, 0) and the like in t, parameters and states?
+/// Does the argument of a root have borders that no equation depends on otherwise: |…|, which has the same
+/// slopes on both sides, or max(x, 0) and the like in t, parameters and states?
 bool hides_borders(Expr root, const Model& model) {
   bool pieces = false, only_abs = true;
   for (Expr node : topological({&root, 1})) {

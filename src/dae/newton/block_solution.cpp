@@ -56,7 +56,7 @@ std::optional<Vec> solve_by_blocks(const Mat& A, const Vec& b) {
     const std::vector<Index> columns(block.columns.begin(), block.columns.end());
     const auto part = solve_plainly(A(rows, columns), b(rows) - A(rows, Eigen::all) * x);
     if (!part || !part->allFinite()) return {};
-    for (std::size_t k = 0; k < columns.size(); ++k) x[columns[k]] = (*part)[static_cast<Index>(k)];
+    for (std::size_t k = 0; k < columns.size(); ++k) x[columns[k]] = (*part)[k];
   }
   return x;
 }

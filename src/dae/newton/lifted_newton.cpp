@@ -76,7 +76,7 @@ Vec LiftedNewton::first_exponents(const Vec& w, std::span<const double> given) c
   const std::vector<double> value = (*exponents_)(at);
   Vec s(static_cast<Index>(value.size()));
   for (std::size_t k = 0; k < value.size(); ++k)
-    s[static_cast<Index>(k)] = value[k] < 0 && !both_ways_[k] && std::isfinite(value[k]) ? value[k] : 0;
+    s[k] = value[k] < 0 && !both_ways_[k] && std::isfinite(value[k]) ? value[k] : 0;
   return s;
 }
 

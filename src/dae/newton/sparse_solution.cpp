@@ -53,14 +53,14 @@ std::optional<Vec> square_step(const Sparse& J, const Vec& r) {
   A.makeCompressed();
   Vec b(rows);
   for (std::size_t i = 0; i < row.size(); ++i)
-    if (row[i] >= 0) b[row[i]] = -r[static_cast<Index>(i)];
+    if (row[i] >= 0) b[row[i]] = -r[i];
   const auto solution = solve_by_lu(A, b);
   if (!solution) return {};
   const Vec& x = *solution;
   if (!x.allFinite() || (b - A * x).norm() > accurate * b.norm()) return {};
   Vec d = Vec::Zero(J.cols());
   for (std::size_t j = 0; j < column.size(); ++j)
-    if (column[j] >= 0) d[static_cast<Index>(j)] = x[column[j]];
+    if (column[j] >= 0) d[j] = x[column[j]];
   return d;
 }
 

@@ -101,7 +101,7 @@ Vec reaches(const StartSystem& s) {
   const bool any = std::find(guessed.begin(), guessed.end(), 1) != guessed.end();
   Vec reach = Vec::Constant(static_cast<Index>(guessed.size()), any ? ready : 1);
   for (std::size_t j = 0; j < guessed.size(); ++j)
-    if (guessed[j]) reach[static_cast<Index>(j)] = j < s.state_count ? 1 : follows;
+    if (guessed[j]) reach[j] = j < s.state_count ? 1 : follows;
   return reach;
 }
 

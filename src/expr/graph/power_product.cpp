@@ -32,7 +32,8 @@ Factor factor_of(Expr e) {
   return inner;
 }
 
-/// The factors of a product, from left to right; what a very long one has beyond the last ones stays one factor.
+/// The factors of a product, from left to right; what a very long one has beyond the
+/// last ones stays one factor.
 std::vector<Factor> factors_of(Expr e) {
   constexpr std::size_t most = 100;
   struct Open {

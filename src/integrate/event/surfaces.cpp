@@ -66,8 +66,8 @@ Expr base_of_square(Expr e) {
   return mpz_divisible_ui_p(exact_value(e.operand(1))->get_num_mpz_t(), 4) ? Expr() : e.operand(0);
 }
 
-/// A function that has a kink or a jump, but no branch that could be held fixed, where this vanishes: atan2(y, x) at
-/// y = 0, asin(sin u) at cos u = 0, √(v²) at v = 0. A constant where there is none.
+/// A function that has a kink or a jump, but no branch that could be held fixed, where this vanishes:
+/// atan2(y, x) at y = 0, asin(sin u) at cos u = 0, √(v²) at v = 0. A constant where there is none.
 Expr bare_border(Expr node) {
   if (node.is_constant() || node.is_symbol() || node.operands().empty()) return {};
   const Expr a = is_function(node.operand(0), Op::neg) ? node.operand(0).operand(0) : node.operand(0);

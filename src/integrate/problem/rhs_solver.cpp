@@ -234,9 +234,9 @@ void RhsSolver::expect(Progress& progress, bool fresh, bool first) {
 
 /// Whether a new matrix saves more iterations than it costs.
 bool RhsSolver::renewal_pays(const Progress& progress) const {
-  // A new matrix is seldom dearer than the iterations that it saves above a rate of 0.1. Rates below 10⁻³ are measured on
-  // rounding errors. A factorisation costs 0.7 iterations up to 15 unknowns and grows with their number beyond (LU of
-  // sparse matrices, as implicit_cost()).
+  // A new matrix is seldom dearer than the iterations that it saves above a rate of 0.1. Rates below 10⁻³ are
+  // measured on rounding errors. A factorisation costs 0.7 iterations up to 15 unknowns and grows with their
+  // number beyond (LU of sparse matrices, as implicit_cost()).
   constexpr double quickest = 1e-3, slow = 0.1;
   constexpr double factorisation = 0.7, usual = 15;
   if (progress.rate > slow) return true;

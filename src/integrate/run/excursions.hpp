@@ -1,9 +1,9 @@
 // Short visits to the other side of a border that is integrated through (event/surfaces.hpp).
 //
-// Crossings of such a border are not located, and the error estimate of a step sees its stages only: between
-// two of them a diode may conduct and block again. A step that ends on the side where it began, but was on
-// the other side in between, by more than its unknowns may err, is repeated with shorter steps until one ends
-// there.
+// Crossings of such a border are not located, and the error estimate of a step sees its stages only:
+// between two of them a diode may conduct and block again. A step that ends on the side where it
+// began, but was on the other side in between, by more than its unknowns may err, is repeated with
+// shorter steps until one ends there.
 #pragma once
 
 #include <map>

@@ -233,7 +233,8 @@ void RungeKutta::solve_coupled(const Point& from, double dt, Block block) {
   }
 }
 
-/// x′ and z of the stages as if x did not change on the way to them: a source may jump in the step, and diodes with it.
+/// x′ and z of the stages as if x did not change on the way to them: a source may jump
+/// in the step, and diodes with it.
 bool RungeKutta::guess_at_stage_times(const Point& from, const Mat& base, const Vec& times) {
   if (direct_ || problem_->is_ode()) return false;
   const Eigen::Index n = problem_->n(), N = n + problem_->m();

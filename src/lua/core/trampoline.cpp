@@ -180,8 +180,8 @@ static int user_level(lua_State* L) {
   constexpr int near = 1000;
   for (int level = 0; level < near; ++level)
     if (is_behind(level)) return level;
-  // A function of the library that calls itself 100 000 times. lua_getstack counts from the top, so that to look at
-  // all levels would cost their square.
+  // A function of the library that calls itself 100 000 times. lua_getstack counts from the top, so that to
+  // look at all levels would cost their square.
   int inside = near - 1, behind = 2 * near;
   while (!is_behind(behind)) inside = std::exchange(behind, 2 * behind);
   while (behind - inside > 1) {

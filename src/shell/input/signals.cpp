@@ -65,7 +65,8 @@ extern "C" void end_without_drafts(int signal) {
   raise(signal);  // its action is the default one again
 }
 
-/// A recursion that does not ask how much of the stack is left has come to its end: there is none to go on with.
+/// A recursion that does not ask how much of the stack is left has come to its end:
+/// there is none to go on with.
 extern "C" void end_without_stack(int signal, siginfo_t* info, void*) {
   if (is_beyond_stack(info->si_addr)) {
     constexpr char text[] =

@@ -12,7 +12,8 @@ void catch_interrupt_in_script();
 /// Ctrl-C asks the running computation to stop; repeated without effect, it says how to end the program.
 void catch_interrupt_in_session();
 
-/// Where the stack ends all the same (base/limits/stack.hpp), the program says so and leaves no half-written file.
+/// Where the stack ends all the same (base/limits/stack.hpp), the program says so
+/// and leaves no half-written file.
 void catch_exhausted_stack();
 
 /// A reader that went away (`pendula x.lua | head`) ends the process without a word; any other broken pipe is

@@ -81,7 +81,8 @@ TEST_CASE("workers: a process that dies fails its task, the others go on") {
     if (i != 3) CHECK(slots.numbers(i)[0] == 1);
 }
 
-// Seconds of tasks of a millisecond: on a loaded machine the process that stops them may wait that long for its turn.
+// Seconds of tasks of a millisecond: on a loaded machine the process that stops them
+// may wait that long for its turn.
 constexpr int many = 20'000;
 
 TEST_CASE("workers: an interrupt stops, what is done stays done") {

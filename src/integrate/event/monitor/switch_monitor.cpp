@@ -15,8 +15,8 @@ namespace pendula::integrate {
 
 namespace {
 
-// Of v in a step: from the middle to its ends e⁻⁸ of the switch is left. Of 1800 runs of smooth rectifiers 41 are wrong
-// without this, 2 with 20, 1 with 16, 12 and 8, which takes 5 % more evaluations.
+// Of v in a step: from the middle to its ends e⁻⁸ of the switch is left. Of 1800 runs of smooth rectifiers 41
+// are wrong without this, 2 with 20, 1 with 16, 12 and 8, which takes 5 % more evaluations.
 constexpr double wide = 16;
 
 /// The addends of a sum that vary along a run, and the sum of the others.

@@ -55,7 +55,8 @@ static void check_event_keys(lua_State* L, int table, const std::string& what) {
 
 static Expr sign_of(Expr condition);
 
-/// Of a condition inside any or all. Throws Error if it is an expression, which has roots but is neither true nor false.
+/// Of a condition inside any or all. Throws Error if it is an expression, which has roots
+/// but is neither true nor false.
 static Expr sign_of_part(Expr part, const char* function) {
   const bool holds_or_not = part.is_constant() || part.op() == Op::lt || part.op() == Op::le ||
                             part.op() == Op::both || part.op() == Op::either;
