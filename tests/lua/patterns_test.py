@@ -32,7 +32,7 @@ slow = {
     "gmatch": "for _ in s:gmatch('.-.-.-b') do end",
     "pcall": "pcall(string.find, s, '.-.-.-.-b')",
     "expm": "local a = {} for i = 1, 60 do a[i] = {} for j = 1, 60 do a[i][j] = (i*37 + j*53 + i*j) % 7 end end expm(mat(a))",
-    "inv": "local a = {} for i = 1, 100 do a[i] = {} for j = 1, 100 do a[i][j] = (i*37 + j*53 + i*i*j) % 101 end end inv(mat(a))",
+    "inv": "local a = {} for i = 1, 160 do a[i] = {} for j = 1, 160 do a[i][j] = (i*37 + j*53 + i*i*j) % 1009 end end inv(mat(a))",
     "finalizer": "setmetatable({}, { __gc = function() while true do end end }) while true do local t = {} end",
     "der": "local x = var 'x' der(sin(x)*exp(x^2)*cos(x^3), 100)",
 }
