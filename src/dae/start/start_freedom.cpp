@@ -7,8 +7,8 @@
 
 #include "base/decompositions.hpp"
 #include "base/interrupt.hpp"
-#include "dae/rank/rank_with_gap.hpp"
 #include "dae/newton/block_solution.hpp"
+#include "dae/rank/rank_with_gap.hpp"
 #include "dae/start/start_system.hpp"
 
 namespace pendula::dae {

@@ -403,7 +403,7 @@ void lu_factor(double* a, double* pivot, int n) {
 /// In every sum the unknown that was found last comes last: sums need not wait for each other.
 void lu_solve(const double* lu, const double* pivot, double* b, int n, bool transposed) {
   if (!transposed) {
-    for (int k = 0; k < n; ++k) std::swap(b[k], b[pivot[k]]);
+    for (int k = 0; k < n; ++k) std::swap(b[k], b[static_cast<int>(pivot[k])]);
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < i; ++j) b[i] -= lu[i * n + j] * b[j];
     for (int i = n - 1; i >= 0; --i) {
@@ -418,7 +418,7 @@ void lu_solve(const double* lu, const double* pivot, double* b, int n, bool tran
   }
   for (int i = n - 1; i >= 0; --i)
     for (int j = n - 1; j > i; --j) b[i] -= lu[j * n + i] * b[j];
-  for (int k = n - 1; k >= 0; --k) std::swap(b[k], b[pivot[k]]);
+  for (int k = n - 1; k >= 0; --k) std::swap(b[k], b[static_cast<int>(pivot[k])]);
 }
 
 }  // namespace pendula

@@ -43,7 +43,7 @@ int gain(Call& call) {
 int Ts(Call& call) { return push_number_or_expression(call.L, system_of(call).Ts); }
 int form(Call& call) {
   static const char* const names[] = {"ss", "tf", "zpk"};
-  return call.push(names[system_of(call).form]);
+  return call.push(names[static_cast<int>(system_of(call).form)]);
 }
 int order(Call& call) { return call.push(lti::order(system_of(call))); }
 int names(Call& call, int count, std::string (*name)(const System&, int)) {
