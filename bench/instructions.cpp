@@ -63,7 +63,7 @@ void kernel(lua_State* L, const std::string& script) {
 }
 
 /// 100 factorisations and solutions, about `per_row` entries per row.
-void factorisation(int n, int per_row, LinearSolver<double>::Road road) {
+void factorisation(int n, int per_row, LinearSolver<double>::Factorisation way) {
   std::mt19937 random(1);
   std::vector<Position> positions;
   std::vector<double> values, b(static_cast<std::size_t>(n));
@@ -75,7 +75,7 @@ void factorisation(int n, int per_row, LinearSolver<double>::Road road) {
       values.push_back(k == 0 ? 4 : 0.5 + 1e-9 * static_cast<double>(random()));
     }
   LinearSolver<double> solver;
-  solver.analyse(n, positions, road);
+  solver.analyse(n, positions, way);
   count([&] {
     for (int k = 0; k < 100; ++k) {
       if (!solver.factorise(values.data())) std::exit(1);
@@ -101,7 +101,7 @@ void integration(lua_State* L, const std::string& script) {
 
 using Case = std::function<void(lua_State*)>;
 const std::vector<std::pair<std::string, Case>>& cases() {
-  using Road = LinearSolver<double>::Road;
+  using Factorisation = LinearSolver<double>::Factorisation;
   static const auto problem = [](const std::string& name, const std::string& to = "nil") {
     return [=](lua_State* L) { integration(L, "work = prepare('" + name + "', " + to + ")"); };
   };
@@ -120,9 +120,9 @@ const std::vector<std::pair<std::string, Case>>& cases() {
                        "/')) do if p.name == 'chain of 1000 links' then chain = p end end\n"
                        "model = chain.sized(100).model():reduce 'acc'");
        }},
-      {"lu_dense20", [](lua_State*) { factorisation(20, 4, Road::dense); }},
-      {"lu_straight60", [](lua_State*) { factorisation(60, 4, Road::straight); }},
-      {"lu_klu300", [](lua_State*) { factorisation(300, 4, Road::sparse); }},
+      {"lu_dense20", [](lua_State*) { factorisation(20, 4, Factorisation::dense); }},
+      {"lu_straight60", [](lua_State*) { factorisation(60, 4, Factorisation::straight); }},
+      {"lu_klu300", [](lua_State*) { factorisation(300, 4, Factorisation::sparse); }},
       {"run_pendulum", problem("pendulum, index 3")},
       {"run_car_axis", problem("car axis, index 3")},
       {"run_akzo", problem("chemical Akzo Nobel")},

@@ -76,7 +76,7 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-/// µs for one factorisation and one solution: the best of some batches. NaN: this road does not exist.
+/// µs for one factorisation and one solution: the best of some batches. NaN: this way does not exist.
 template <class Scalar>
 double cost(LinearSolver<Scalar>& solver, const std::vector<std::vector<Scalar>>& matrices, bool straight) {
   std::vector<Scalar> b(static_cast<std::size_t>(solver.size()));
@@ -99,7 +99,7 @@ double cost(LinearSolver<Scalar>& solver, const std::vector<std::vector<Scalar>>
 
 template <class Scalar>
 void line(Table& table, const std::string& name, int n) {
-  using Road = typename LinearSolver<Scalar>::Road;
+  using Factorisation = typename LinearSolver<Scalar>::Factorisation;
   std::mt19937 random(static_cast<unsigned>(n));
   const auto positions = pattern(name, n, random);
   std::vector<std::vector<Scalar>> matrices;
@@ -109,16 +109,17 @@ void line(Table& table, const std::string& name, int n) {
   double time[4] = {NAN, NAN, NAN, NAN};
   int k = 0;
   std::string plan = "-", instructions = "-", pays = "-";
-  for (Road road : {Road::dense, Road::straight, Road::sparse, Road::band}) {
+  for (Factorisation way :
+       {Factorisation::dense, Factorisation::straight, Factorisation::sparse, Factorisation::band}) {
     LinearSolver<Scalar> solver;
-    solver.analyse(n, positions, road);
+    solver.analyse(n, positions, way);
     const auto begin = std::chrono::steady_clock::now();
     const bool fine = solver.factorise(matrices[0].data());
     const double making = 1e6 * seconds_since(begin);
-    time[k] = fine ? cost(solver, matrices, road == Road::straight) : NAN;
-    if (road == Road::straight && solver.straight())
+    time[k] = fine ? cost(solver, matrices, way == Factorisation::straight) : NAN;
+    if (way == Factorisation::straight && solver.straight())
       plan = rounded(making, 3), instructions = std::to_string(solver.straight()->instructions());
-    if (road == Road::sparse) {
+    if (way == Factorisation::sparse) {
       const double other = std::min(time[0], time[2]);  // the band is compared by eye
       if (plan != "-" && time[1] < other) pays = rounded(std::ceil(std::stod(plan) / (other - time[1])), 3);
     }
