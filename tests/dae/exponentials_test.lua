@@ -61,6 +61,13 @@ test("a diode behind a source and a resistor, in any units: U = R w + V log(w/Is
   end
 end)
 
+test("a guessed state stays, from which a current follows", function()
+  local sys = dae { der(x) ~ w, w ~ 1e-9*(exp((5 - x - 10*w)/0.026) - 1) }
+  local at = sys:init { guess = { x = 0 } }
+  expect(at(x)):equals(0)
+  expect(10*at(w) + 0.026*math.log(at(w)/1e-9 + 1)):near(5, 1e-8)
+end)
+
 test("diodes in series share the voltage, powers with a constant base are exponentials", function()
   local i = var "i"
   local v = {}

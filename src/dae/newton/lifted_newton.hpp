@@ -28,6 +28,7 @@ class LiftedNewton {
   /// iteration to begin with, not a proven solution. Nothing where an equation is not defined on the way, or
   /// after 200 steps. Source: lifted unknowns, Albersmeyer & Diehl, SIAM J. Optim. 20(3), 2010, §2; cut
   /// steps, Nagel, SPICE2: A Computer Program to Simulate Semiconductor Circuits, UCB/ERL M520, 1975.
+  /// Requires applies(); w and unit by unknown, `given` by given leaf.
   std::optional<Vec> operator()(const Vec& w, std::span<const double> given, const Vec& unit) const;
 
  private:

@@ -360,6 +360,9 @@ StartSolution solve_start(const StartSystem& s, const Selection& selection) {
     const Vec from = first_point(s, attempt.point, selection, attempt.point > 0 && !defined);
     StartSolution next = by_levels(s, from, attempt.selection);
     if (accepted(s, attempt, next)) return next;
+    // exponentials are no reason to move a guessed state from which a start follows
+    if (attempt.accept == Attempt::Accept::simple_root) next = with_lifted_exponents(s, attempt.selection);
+    if (accepted(s, attempt, next)) return next;
     if (!attempt.reported) continue;
     defined = defined || next.defined;
     if (attempt.point == 0 || next.residual.maxCoeff() < best.residual.maxCoeff()) best = std::move(next);

@@ -57,7 +57,7 @@ RhsLayout rhs_layout(const Problem& problem) {
     layout.linear = layout.linear && !unknown.count(leaf);
     layout.constant = layout.constant && (fixed.count(leaf) || symbol_of(leaf).kind == Kind::constant);
   }
-  for (Expr e : partials) {
+  for (Expr e : layout.linear ? std::vector<Expr>{} : partials) {
     const std::vector<Expr> in_entry = leaves({&e, 1});
     layout.bent.push_back(
         std::any_of(in_entry.begin(), in_entry.end(), [&](Expr leaf) { return unknown.count(leaf) > 0; }));

@@ -135,7 +135,7 @@ bool ModeTracker::pass(const Crossings& crossed, const std::vector<int>& changed
 bool ModeTracker::try_modes(Point point, const Crossings& crossed, std::vector<int>& changed) {
   Stepper& stepper = state_.stepper();
   start_finder(point, crossed);
-  bool across = false;
+  bool across = false;  // the point is one whose sides have to be taken over first
   for (std::size_t k = 0; k < 2 * borders_.size() + 2; ++k) {
     changed = set_modes(k == 0 || across ? point : Point(stepper.here()), crossed);
     if (k > 0 && !across && changed.empty()) return true;
