@@ -8,7 +8,7 @@
 //   base64(bytes)           their Base64 text
 //   clock()                 seconds since some moment
 //   capture_output(on)      begins or ends catching what is written to standard output and standard error
-//   program_version         "0.2.0"
+//   program_version         "0.3.0"
 //   program_path            where the program is, "" if the system does not say
 //   captured()              what was written since the last call
 #pragma once
