@@ -18,7 +18,7 @@ using codegen::Writer;
 
 namespace {
 
-/// The times of stages 2 … s and of the end, in units of the step, each once.
+/// The distinct times of stages 2 … s and of the end of the step, in units of the step size.
 std::vector<double> times_of(const Tableau& rk) {
   std::vector<double> list(rk.c().begin() + 1, rk.c().end());
   list.push_back(1);
@@ -27,7 +27,7 @@ std::vector<double> times_of(const Tableau& rk) {
   return list;
 }
 
-/// f, and what the projections evaluate at the end of the step.
+/// f, followed by the expressions that the projections evaluate at the end of the step.
 std::vector<Expr> expressions(const Problem& problem) {
   std::vector<Expr> list = problem.model().f;
   for (const dae::Projection& stage : problem.projections()) {
@@ -37,8 +37,8 @@ std::vector<Expr> expressions(const Problem& problem) {
   return list;
 }
 
-/// Where the inputs of the program stand: h | x | K₁ | p | atol | rtol | (t, u) at the times of the stages |
-/// what depends on time alone, there.
+/// Layout of the inputs of the program: h | x | K₁ | p | atol | rtol | (t, u) at the times of the stages |
+/// subexpressions that depend on time alone, at the same times.
 struct Layout {
   std::size_t n, p, u, times, parts;
 
@@ -60,7 +60,7 @@ struct Layout {
   std::size_t size() const { return time(times) + TimeCode::size(times, parts); }
 };
 
-/// Writes the program.
+/// Emits the instructions of one step.
 class ExplicitEmitter {
  public:
   ExplicitEmitter(const Problem& problem, const Tableau& rk, int stiff_stage, const TimePart& timed)
@@ -77,7 +77,7 @@ class ExplicitEmitter {
     f_ = codegen::lower_checked(std::span(timed.outputs).first(at_.n), all_);
   }
 
-  /// Out: as in CompiledExplicitStep::End.
+  /// Outputs: as in CompiledExplicitStep::End.
   Program step() {
     early_parts();
     const auto slope = [this](int stage, const Slots& x) {
@@ -113,7 +113,7 @@ class ExplicitEmitter {
   }
 
  private:
-  /// Sum and largest; 0 for the latter where it cannot be nine times the mean (ErrorSum).
+  /// Sum and maximum of the squares. The maximum is 0 where it cannot exceed nine times the mean (ErrorSum).
   void add_sizes(const Slots& squares, Slots& results) {
     results.push_back(w_.sum(squares));
     results.push_back(squares.size() < 9 ? w_.constant(0) : w_.largest(squares));
@@ -128,15 +128,15 @@ class ExplicitEmitter {
     return arguments(w_.input(time), {x, x, inputs_from(w_, time + 1, at_.u),  // f contains no x′
                                       inputs_from(w_, at_.parameters(), at_.p), parts});
   }
-  /// What depends on time alone, where it is not given: for all stages at once, so that functions like sin
-  /// are called while no register holds anything.
+  /// Evaluates the subexpressions that depend on time alone, unless they are inputs. All stages come first,
+  /// because a call of a function like sin clobbers the registers and none is in use yet.
   void early_parts() {
     std::vector<bool> early(all_.size(), true);
     std::fill_n(early.begin() + 1, 2 * at_.n, false);
     for (int i = 1; i <= rk_.stages(); ++i) w_.inline_part(f_, arguments_at(i, x_), early);
   }
 
-  /// For every condition: how far it is from being violated too much; negative if it is.
+  /// The margin of every condition: the admissible violation less the actual one.
   void add_margins(const dae::Projection& stage, const Slots& x1, Slots& results) {
     const std::vector<Expr>& x = problem_.model().x;
     const std::size_t count = stage.residuals.size() + stage.jacobian.size();
@@ -167,9 +167,9 @@ class ExplicitEmitter {
   Layout at_;
   Writer w_;
   Slots x_;
-  std::vector<Expr> all_, at_end_;  ///< arguments; what the projections evaluate
-  std::size_t margins_done_ = 0;    ///< of at_end_
-  Slots sound_;                     ///< of the stages: 1, or 0
+  std::vector<Expr> all_, at_end_;  ///< arguments; expressions evaluated by the projections
+  std::size_t margins_done_ = 0;    ///< number of elements of at_end_ that are used
+  Slots sound_;                     ///< per stage: 1 if its linear system needed no pivoting, else 0
   Program f_;
 };
 
@@ -251,7 +251,7 @@ CompiledExplicitStep::End CompiledExplicitStep::run(Problem& problem, const Poin
   machine_->run(in_.data(), out_.data(), work_.data());
   const double *x = out_.data(), *xdot = x + problem.n(), *scaled = xdot + problem.n();
   const double* norms = scaled + problem.n();
-  // A linear system that needs pivots, which the code has not: the caller goes from stage to stage.
+  // The compiled elimination does not pivot. NaN tells the caller to evaluate stage by stage instead.
   if (norms[6] != 1) out_[0] = std::numeric_limits<double>::quiet_NaN();
   const double* const end = out_.data() + out_.size();
   const bool near = std::all_of(norms + 7, end, [](double margin) { return margin >= 0; });

@@ -13,7 +13,7 @@ namespace {
 
 bool is_cheap(Op op) { return op == Op::neg || op == Op::add || op == Op::sub || op == Op::mul; }
 
-/// Of every node: does it contain t or an input, no unknown, nothing that has no lanes?
+/// Finds the nodes that contain t or an input, but no unknown and no operation without a lane version.
 class Timed {
  public:
   explicit Timed(const Problem& problem) {

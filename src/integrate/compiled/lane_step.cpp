@@ -25,16 +25,16 @@ Formula defect(Writer& w, const Slots& list) {
   return sum;
 }
 
-/// ErrorSum::norm of numbers whose squares are these.
+/// ErrorSum::norm of numbers, given their squares.
 Formula norm(Writer& w, const Slots& squares, Slot sum) {
   const auto count = static_cast<double>(squares.size());
   const Formula mean = Formula(w, sum) / count;
-  if (squares.size() < 9) return square_root(mean);  // the largest is no more than eight times the mean
+  if (squares.size() < 9) return square_root(mean);  // the largest square is at most eight times the mean
   const Formula floor = Formula(w, w.largest(squares)) * (1.0 / 9);
   return square_root(choose(mean < floor, floor, mean));
 }
 
-/// Writes the three programs.
+/// Emits the three programs.
 class LaneEmitter {
  public:
   LaneEmitter(const Problem& problem, const Tableau& rk, bool watch)
@@ -99,13 +99,13 @@ LaneEmitter::Lane LaneEmitter::lane_inputs(const Writer& w) const {
   return s;
 }
 
-/// A step of length h from (t, x); `wanted`: the stages whose slopes are used.
+/// A step of length h from (t, x). `wanted` marks the stages whose slopes are used.
 PairEmitter LaneEmitter::pair(Writer& w, Formula t, Formula h, Formula arrival, const Lane& s,
                               std::vector<char> wanted) const {
   std::vector<Formula> times;
   for (int i = 0; i < rk_.stages(); ++i) times.push_back(t + (rk_.c()[i] == 1 ? h : rk_.c()[i] * h));
   times.push_back(arrival);
-  // What depends on time alone is computed first: functions empty the registers.
+  // Expressions of time alone come first: function calls clobber the registers.
   std::vector<bool> early(problem_.arguments().size(), true);
   std::fill_n(early.begin() + 1, 2 * n_, false);
   for (int i = rk_.stages() - 1; i > 0; --i)
@@ -243,7 +243,7 @@ Program LaneEmitter::step() {
   const State again =
       choose_state(defined, controller_.reject(before, h, error), controller_.undefined(before, h));
   const State after = choose_state(accepted, onward, again);
-  // What the loop over the steps has to look at.
+  // Conditions under which the loop over the steps must inspect a lane.
   const Formula smallest = greater(10 * eps * magnitude(t), 1e-300);
   const Formula vanished = both(magnitude(h) <= smallest, either(h < left, before.repeated));
   Formula attention = either(both(accepted, value(s.given[lane::look_at]) <= arrival), vanished);

@@ -59,7 +59,7 @@ class CompiledNewtonStep::Programs {
                                              inputs_from(w, at_.right(), 2 * at_.N), true));
   }
 
-  /// Lanes: stages. In: ratio | c. Out: the Lagrange polynomials at 1 + c ratio but for that of the node 0.
+  /// Lanes: stages. In: ratio | c. Out: the Lagrange polynomials at 1 + c ratio, without that of node 0.
   Program weigh() const {
     Writer w(2);
     const Slot theta = w.put(Op::add, w.constant(1), w.put(Op::mul, w.input(0), w.input(1)));
@@ -123,7 +123,7 @@ class CompiledNewtonStep::Programs {
 };
 
 std::shared_ptr<CompiledNewtonStep> CompiledNewtonStep::make(const Request& q, long iterations, bool now) {
-  // An iteration saves some 0.07 µs an unknown; compiling takes 5 ms for 80 of them.
+  // One iteration saves 0.07 µs per unknown; compiling for 80 unknowns takes 5 ms.
   constexpr int small = 60;
   const long enough = q.problem.n() + q.problem.m() <= small ? 100 : 700;
   const std::size_t pairs = q.formula.pairs.size();
@@ -265,7 +265,7 @@ void CompiledNewtonStep::predict(double ratio, const double* y, const double* Z)
     for (std::size_t j = 0; j < at_.s; ++j)
       std::copy_n(weigh_out_.data() + j * lanes, lanes, columns_.l.data() + 8 * j + pass * lanes);
   }
-  for (std::size_t k = 0; k < at_.N; ++k) shift_[k] = y[k] - end_in_[1 + k];  // the polynomials add up to 1
+  for (std::size_t k = 0; k < at_.N; ++k) shift_[k] = y[k] - end_in_[1 + k];  // the polynomials sum to 1
   for (std::size_t j = 0; j < at_.s; ++j) past_at_[j] = Z + j * at_.N;
   past_at_.back() = shift_.data();
   codegen::assign_lane_product(products_.start.terms, products_.start.to);

@@ -42,7 +42,7 @@ Slot PairEmitter::sum(const std::vector<double>& factors, std::size_t k) {
 
 const Slots& PairEmitter::point(std::vector<double> factors) {
   while (!factors.empty() && factors.back() == 0) factors.pop_back();
-  for (const Known& known : points_)  // the last stage of a method "first same as last" is the end
+  for (const Known& known : points_)  // the last stage of a "first same as last" method is the end
     if (known.factors == factors) return known.x;
   for (std::size_t j = 0; j < factors.size(); ++j)
     if (factors[j] != 0) slope(static_cast<int>(j));

@@ -20,7 +20,7 @@ namespace {
 using Slots = std::vector<Slot>;
 using Request = CompiledRosenbrockStep::Request;
 
-/// Where equations are evaluated, in units of the step: its beginning, the stages, its end.
+/// The nodes at which the equations are evaluated, in units of the step size: beginning, stages, end.
 std::vector<double> nodes_of(const Rosenbrock& method) {
   std::vector<double> c{0, 1};
   for (double alpha : method.alpha())
@@ -57,7 +57,7 @@ class RosenbrockEmitter {
         at_rest_(n_, w_.constant(0)),
         F_(codegen::lower(model_.F, q_.problem.arguments())) {}
 
-  /// Out: y₁ | x₁′ | scaled error | K₁ … Kᵣ | right side of the error | sum and largest | growth.
+  /// Out: y₁ | x₁′ | scaled error | K₁ … Kᵣ | right side of the error | sum and maximum of squares | growth.
   Program step() {
     Slot growth = 0;
     const Slots factors = factorise(growth);
@@ -98,7 +98,7 @@ class RosenbrockEmitter {
   }
   static void append(Slots& list, const Slots& more) { list.insert(list.end(), more.begin(), more.end()); }
 
-  /// What stands in the equations at a node.
+  /// The arguments of the equations at a node.
   Slots arguments_at(double node, std::span<const Slot> y, std::span<const Slot> xdot) const {
     const auto which = std::find(nodes_.begin(), nodes_.end(), node) - nodes_.begin();
     const std::size_t nu = input_count(q_.problem);
@@ -115,7 +115,7 @@ class RosenbrockEmitter {
     const Slot factor = w_.put(Op::mul, w_.constant(1 / rk_.gamma()), inverse_h_);
     for (std::size_t k = 0; k < entries.size(); ++k)
       if (q_.in_mass[k]) entries[k] = w_.put(Op::mul, factor, entries[k]);
-    Slots varying;  // 0, or NaN where the Jacobian is not finite: such a step is not one
+    Slots varying;  // 0, or NaN where the Jacobian is not finite, so that the step is rejected
     for (Slot entry : entries)
       if (!w_.is_constant(entry)) varying.push_back(w_.put(Op::mul, entry, w_.constant(0)));
     const Slots factors = q_.pivots.write_factors(w_, entries, false, growth);
@@ -167,7 +167,7 @@ class RosenbrockEmitter {
         w_.put(Op::add, w_.input(at_.atol + k), w_.put(Op::mul, w_.input(at_.atol + N_ + k), size));
     return w_.put(Op::div, w_.constant(1), scale);
   }
-  /// x₁′: of the equations where M is a diagonal in some order, else of the dense output.
+  /// x₁′: from the equations if M is a permuted diagonal matrix, else from the dense output.
   Slots velocity(const Slots& end, const Table& dense) {
     const std::vector<Entry> M = sparse_jacobian(model_.F, model_.xdot);
     std::vector<int> rows(N_, 0), columns(n_, 0);

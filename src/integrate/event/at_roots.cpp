@@ -20,19 +20,19 @@ void AtRoots::measure(double slope) {
 }
 
 bool AtRoots::is_leaving(double slope) const {
-  constexpr double least = 1e-10;  // of the fastest
+  constexpr double least = 1e-10;  // relative to the fastest slope
   return slope > least * fastest_;
 }
 
 void AtRoots::add(std::size_t i, double slope, double since, double interval) {
-  constexpr double at_this_moment = 1e-9;  // of what the fastest changes by in the time of the run
+  constexpr double at_this_moment = 1e-9;  // relative to a change at the fastest slope over the run
   slopes_[i] = slope;
   comes_[i] = !(std::fabs(slope) * since <= at_this_moment * fastest_ * interval);
-  waits_[i] = comes_[i] || slope * directions_[i] < 0;  // or was on its way back
+  waits_[i] = comes_[i] || slope * directions_[i] < 0;  // or it was returning to its root
 }
 
 bool AtRoots::order_matters(int which, double now) {
-  constexpr double visible = 1e-6;  // false where a slope is not known
+  constexpr double visible = 1e-6;  // the comparisons below are false where a slope is unknown (NaN)
   const double was = slopes_[which];
   const bool came = comes_[which] && std::fabs(was) > visible * fastest_;
   comes_[which] = 0;
@@ -40,7 +40,7 @@ bool AtRoots::order_matters(int which, double now) {
 }
 
 std::optional<int> AtRoots::first_sent(const Slope& now) {
-  constexpr double at_rest = 1e-6;  // of a slope behind the reset
+  constexpr double at_rest = 1e-6;  // relative to the slope after the reset
   std::optional<int> first;
   for (std::size_t i = 0; i < slopes_.size(); ++i) {
     if (std::isnan(slopes_[i]) || std::abs(directions_[i]) != 1) continue;
@@ -56,7 +56,7 @@ std::optional<AtRoots::Sent> AtRoots::sent_across(const Slope& now) {
   const auto first = first_sent(now);
   if (!first) return {};
   const Sent sent{*first, order_matters(*first, now(*first))};
-  slopes_[sent.which] = fastest_;  // it has left its root once
+  slopes_[sent.which] = fastest_;  // counts as having left its root
   waits_[sent.which] = 0;
   return sent;
 }
@@ -66,7 +66,7 @@ std::optional<std::vector<Expr>> states_behind(Expr when, const dae::FirstOrder&
     return std::find(list.begin(), list.end(), leaf);
   };
   std::vector<Expr> states;
-  // states among the leaves; false: there are z, or derivatives other than `own`
+  // collects the states among the leaves; false if there are z, or derivatives other than `own`
   const auto collect = [&](Expr e, Expr own) {
     for (Expr leaf : leaves({&e, 1})) {
       if (place(form.z, leaf) != form.z.end()) return false;

@@ -7,14 +7,14 @@
 namespace pendula::integrate {
 namespace {
 
-constexpr int points = 4;      // on the border: an accidental zero at all of them has probability 0
-constexpr int attempts = 12;   // to find them: some lie outside the domain of a root
-constexpr double aside = 0.1;  // a point beside the border: leaves are of size 1
-/// Of a difference beside its value aside. On the border, located to 10⁻¹⁶, a difference that is linear in
-/// the distance has 10⁻¹⁵ of it, a root 10⁻⁸; a jump all of it. Rounding of large terms makes it look like a
-/// jump, never the reverse.
+constexpr int points = 4;      // on the border; an accidental zero at all of them has probability 0
+constexpr int attempts = 12;   // to find them; some lie outside the domain of a root
+constexpr double aside = 0.1;  // distance of comparison points from the border; leaves are of size 1
+/// Threshold for a difference on the border relative to its value at distance `aside`. On a border located to
+/// 10⁻¹⁶ the ratio is 10⁻¹⁵ for a difference linear in the distance, 10⁻⁸ for a root and 1 for a jump.
+/// Rounding of large terms can make a smooth difference look like a jump, never the reverse.
 constexpr double zero = 1e-6;
-constexpr std::size_t most_leaves = 400;  // of one border: beyond, it is judged where it is crossed
+constexpr std::size_t most_leaves = 400;  // of one border; larger ones are judged where they are crossed
 
 /// The largest |value| of a range; NaN counts as infinite.
 double largest(const std::vector<double>& values, std::size_t first, std::size_t last) {
@@ -24,7 +24,7 @@ double largest(const std::vector<double>& values, std::size_t first, std::size_t
   return size;
 }
 
-/// a - b without the terms that both have: beside v′ of size 1, a jump of 10⁻¹⁸ would be rounded away.
+/// a - b without common terms: added to v′ of size 1, a jump of 10⁻¹⁸ would be lost to rounding.
 Expr without_common_terms(Expr a, Expr b) {
   std::unordered_map<Expr, int> count;
   std::vector<Expr> order;
@@ -49,7 +49,7 @@ Expr without_common_terms(Expr a, Expr b) {
 
 }  // namespace
 
-/// What the residuals differ by on both sides of a border.
+/// The difference of the residuals between the two sides of a border.
 struct BorderSmoothness::Difference {
   std::vector<Expr> outputs;        ///< D of each row, then ∂D/∂y for its leaves
   std::vector<std::size_t> starts;  ///< of the slopes of each row, and the end
@@ -140,14 +140,14 @@ Smoothness BorderSmoothness::operator()(Expr when, const std::vector<Mode>& own)
     if (!known_.count(leaf) && !kind_.count(leaf) && symbol_of(leaf).kind != Kind::constant)
       solvable.push_back({leaf, partial(when, leaf)});
   if (solvable.empty()) return Smoothness::open;
-  std::mt19937 random(1);  // the same points in every run
+  std::mt19937 random(1);  // fixed seed: the same points in every run
   Smoothness result = Smoothness::smooth;
   int seen = 0;
   Values before;
   for (int k = 0; k < attempts && seen < points; ++k) {
     const Solvable& in = solvable[random() % solvable.size()];
     Values values = random_values(inside, random);
-    if (k % 2 == 1)  // a branch inside another one is seen on one side of that only
+    if (k % 2 == 1)  // alternate the sides of other branches: a nested branch acts on one of them only
       for (const auto& [mode, kind] : kind_)
         if (const auto at = values.find(mode); at != values.end())
           at->second = (kind == Mode::Kind::sign ? 0 : 1) - before.at(mode);

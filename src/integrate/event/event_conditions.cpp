@@ -46,8 +46,8 @@ bool is_polynomial_of_sines(Expr when) {
   });
 }
 
-/// Slopes of the arguments of sines in the conditions and, where a slope is measured, in the equations, too:
-/// a sinusoidal voltage makes unknowns in conditions oscillate.
+/// Rates of the arguments of sines in the conditions. Where a slope is measured, sines in the equations
+/// count, too: a sinusoidal voltage makes the unknowns of a condition oscillate.
 template <class Known>
 std::vector<Expr> phases_of(GivenConditions list, const std::vector<Expr>& equations, const Known& is_known,
                             EventConditions& out) {
@@ -109,7 +109,7 @@ EventConditions conditions_of(const Problem& problem, GivenConditions list) {
 
 std::shared_ptr<const EventConditions> EventConditions::of(const Problem& problem, GivenConditions list) {
   using Lists = LruCache<std::vector<std::uint32_t>, std::shared_ptr<const EventConditions>, WordsHash>;
-  static constexpr std::size_t lists = 8;  // of events, of one model
+  static constexpr std::size_t lists = 8;  // cached lists of events per model
   static PerEquations<std::shared_ptr<Lists>> known;
   Lists& of_model = *known.of(problem, [] { return std::make_shared<Lists>(lists); });
   std::vector<std::uint32_t> key;

@@ -7,20 +7,20 @@
 
 namespace pendula::integrate {
 
-/// Does every condition stay away from zero in the step? Judged by two cubics, to the middle of the step and
-/// from there: their control points bound them, and their error is taken to be several times that of the
-/// cubic through the ends of the step, measured in the middle. Near an extremum g must also exceed the error
-/// of the coarse interpolant (see bottom()). False for conditions that the step size does not follow: of time
-/// alone, with dips, without slopes. Leaves the end of the step in here_.
+/// Does every condition stay away from zero in the step? Two cubics decide, one for each half of the step.
+/// Their control points bound them; their error is estimated as `several` times that of the cubic through the
+/// ends of the step, measured in the middle. Near an extremum g must also exceed the error of the coarse
+/// interpolant (see bottom()). False for conditions that the error estimate does not control: those of time
+/// alone, with dips, or without slopes. Leaves the sample at the end of the step in here_.
 bool EventFinder::stays_away(Stepper& stepper, const StepView& step) {
   constexpr double several = 8;
-  constexpr double of_slope = 0.143;  // greatest value of s²(1-s)²(s-½), beside its slope at ½
-  constexpr double near = 0.01;       // of the largest value
+  constexpr double of_slope = 0.143;  // maximum of s²(1-s)²(s-½) relative to its slope at ½
+  constexpr double near = 0.01;       // relative to the largest value
   for (std::size_t i = 0; i < events_->size(); ++i)
     if (!ignored_[i] && (!conditions_->slope_known[i] || conditions_->clock[i] || conditions_->may_dip[i] ||
                          std::fabs(last_.g[i]) <= tiny))
       return false;
-  const double length = step.to.t - last_.t, third = length / 6;  // of the way to the middle
+  const double length = step.to.t - last_.t, third = length / 6;  // a third of the half step
   const auto is_far = [&](std::size_t i) {
     const double side = last_.g[i] > 0 ? 1 : -1;
     const double a = side * last_.g[i], m = side * probe_.g[i], b = side * here_.g[i];
@@ -41,15 +41,15 @@ bool EventFinder::stays_away(Stepper& stepper, const StepView& step) {
   return true;
 }
 
-/// Illinois-safeguarded secant between points of opposite sign; the end where the sign has changed. What is
-/// smaller than the blur is still on the side of ga.
+/// Illinois-safeguarded secant between points of opposite sign. Returns the end of the bracket at which the
+/// sign has changed. Values below the blur count as the sign of ga.
 EventFinder::Root EventFinder::locate(Stepper& stepper, const StepView& step, int which, double a, double ga,
                                       double b, double gb, double blur) {
   int side = 0;
   const double smallest = 2 * eps * std::max(std::fabs(a), std::fabs(b));
   const auto root = [&](double t) {
     return Root{std::max(a, t - smallest), t, false};
-  };  // exact zeros: a is far
+  };  // exact zeros: a lies far from the root
   for (int k = 0; k < 200; ++k) {
     if (b - a <= smallest || gb == 0) break;
     double t = k % 4 == 3 ? (a + b) / 2 : b - gb * (b - a) / (gb - ga);
@@ -71,15 +71,16 @@ EventFinder::Root EventFinder::locate(Stepper& stepper, const StepView& step, in
   return root(b);
 }
 
-/// Where g touches or crosses zero between two samples of one sign, by bisection on the sign of its slope.
-/// Ends without a root where the tangents at both ends of a small part meet well above zero: a convex curve
-/// lies above them. (A curve with an inflection, like a sine, need not; its chord is steeper than one of the
-/// tangents.) Ends also where neither tangents nor chord come near zero over the whole part: slopes of the
-/// coarse interpolant are not derivatives of its values, and do not fit the chord where g hardly changes.
+/// Finds where g touches or crosses zero between two samples of one sign, by bisection on the sign of its
+/// slope. Ends without a root where the tangents at both ends of a small part meet well above zero, since a
+/// convex curve lies above them. (A curve with an inflection, like a sine, need not; but its chord is steeper
+/// than one of the tangents.) Ends also where neither tangents nor chord approach zero over the whole part:
+/// the slopes of the coarse interpolant are not the derivatives of its values, and disagree with the chord
+/// where g hardly changes.
 EventFinder::Dip EventFinder::dip(Stepper& stepper, const StepView& step, int which, const Sample& a,
                                   const Sample& b, Detail detail) {
-  constexpr double well = 0.5;   // of the smaller value
-  constexpr int small_part = 6;  // halvings: over a long step a curve may bend as it likes
+  constexpr double well = 0.5;   // relative to the smaller value
+  constexpr int small_part = 6;  // halvings; over longer parts the curvature may vary too much
   const auto i = static_cast<std::size_t>(which);
   const double sign = b.g[i] > 0 ? 1 : -1;
   struct Side {
@@ -106,13 +107,14 @@ EventFinder::Dip EventFinder::dip(Stepper& stepper, const StepView& step, int wh
   return {{}, low.t, 0};
 }
 
-/// dip() on the solution, after a search on the coarse interpolant, which costs no evaluation of the
-/// equations. That search decides where its minimum is well above zero and the solution agrees there, or
-/// where g could not fall to zero within the whole step at its steepest slope (at the ends of the step or
-/// beside the minimum): the coarse interpolant errs by a fraction of what the solution moves by in the step.
+/// dip() on the solution, after a search on the coarse interpolant, which needs no evaluation of the
+/// equations. The coarse search decides alone in two cases: its minimum is well above zero and the solution
+/// agrees there, or the steepest slope (at the ends of the step or near the minimum) is too small for g to
+/// reach zero within the step. In the second case the error of the coarse interpolant, a fraction of the
+/// change of g in the step, is too small as well.
 std::optional<double> EventFinder::bottom(Stepper& stepper, const StepView& step, int which, const Sample& a,
                                           const Sample& b) {
-  constexpr double close = 0.125;  // of g; beside the half that `well` leaves
+  constexpr double close = 0.125;  // relative to g; small compared with the half that `well` leaves
   const auto i = static_cast<std::size_t>(which);
   const auto is_far = [&](double g) {
     double steepest = std::max(std::fabs(a.slope[i]), std::fabs(b.slope[i]));
@@ -150,7 +152,7 @@ std::optional<EventFinder::Root> EventFinder::root_between(Stepper& stepper, con
     if (wanted(i, rising)) {
       right = *touch;
       gb = below;
-    } else {  // the way back is asked for
+    } else {  // only the return through zero is wanted
       left = *touch;
       ga = below;
       rising = !rising;
@@ -158,13 +160,13 @@ std::optional<EventFinder::Root> EventFinder::root_between(Stepper& stepper, con
   } else if (!wanted(i, rising)) {
     return {};
   }
-  // `a` may be a root itself: step back towards it until its sign just after is seen. What is
-  // smaller than the rounding of g there belongs to that root: a ball on a moving table would be
-  // thrown back while it still rises.
+  // `a` may be a root itself: bisect towards it until the sign of g just after it is found. Values below
+  // the rounding error of g belong to that root. Otherwise a ball on a moving table would be reflected
+  // while it still rises.
   const double blur = std::fabs(ga) <= tiny && turns_back(i) ? blur_[i] : 0;
   double t = left;
   for (int k = 0; std::fabs(ga) <= tiny; ++k) {
-    // no sign of it: g turns at once; that is another root where the step began at one, else noise
+    // no sign found: g returns at once. That is another root if the step began at one, else rounding
     if (k == 48) return beginnings_[i].resumed ? std::optional(Root{left, right, rising}) : std::nullopt;
     t = left + (right - left) / 2;
     const double g = value(stepper, step, which, t);
@@ -181,7 +183,7 @@ std::optional<EventFinder::Root> EventFinder::root_between(Stepper& stepper, con
   return root;
 }
 
-/// The first of them. A condition that has another sign there than at `a` has a root before it.
+/// The earliest root. A condition whose sign there differs from that at `a` has a root before it.
 const std::optional<EventFinder::Root>& EventFinder::first_root(Stepper& stepper, const StepView& step,
                                                                 const Sample& a, Roots& roots) {
   const auto earlier = [](const auto& p, const auto& q) { return p && (!q || p->t < q->t); };
@@ -203,7 +205,7 @@ const std::optional<EventFinder::Root>& EventFinder::first_root(Stepper& stepper
   }
 }
 
-/// The first root between two samples, with all others that cannot be told apart from it.
+/// The first root between two samples, with all others at the same time to within rounding.
 std::optional<EventFinder::Hit> EventFinder::first_hit(Stepper& stepper, const StepView& step,
                                                        const Sample& a, const Sample& b) {
   Roots roots(events_->size());

@@ -12,11 +12,10 @@
 namespace pendula::integrate {
 namespace {
 
-// Relative rounding errors of an unknown: of one that Newton's method finds, which RhsSolver solves for to
-// 1e-14 = 45 ε; and of a state, to which a step adds h Σ bᵢ Kᵢ (one rounding, ½ ε) and which enters g by
-// some dozen operations at most.
+// Relative rounding errors. RhsSolver solves for unknowns to 1e-14 = 45 ε. A step adds h Σ bᵢ Kᵢ to a state
+// (one rounding, ½ ε), and a state enters g by some dozen operations at most.
 constexpr double rounding_of_solved = 64 * eps, rounding_of_state = 8 * eps;
-constexpr int pieces = 4;  // of a step, which are sampled, and halved where needed
+constexpr int pieces = 4;  // initial number of samples per step, halved where needed
 constexpr int deepest = 3, deepest_clock = 8;
 
 }  // namespace
@@ -35,7 +34,7 @@ EventFinder::EventFinder(const ProblemPtr& problem, const std::vector<Event>& ev
   count_wanted();
 }
 
-/// What the conditions that are not ignored need.
+/// The quantities that the conditions need, ignored ones left out.
 void EventFinder::count_wanted() {
   wants_ = {};
   for (std::size_t i = 0; i < ignored_.size(); ++i) {
@@ -69,7 +68,7 @@ void EventFinder::evaluate(const Point& point, double t, Sample& out) {
       largest_[i] = std::max(largest_[i], std::fabs(out.g[i]));
     }
   out.blur.assign(events_->size(), 0.0);
-  for (std::size_t i = 0; i < blur_.size(); ++i)  // bodies may have come to touch where their places are 0
+  for (std::size_t i = 0; i < blur_.size(); ++i)  // bodies may have come into contact at positions 0
     if (blur_[i] > 0 && std::fabs(last_.g[i]) == tiny && turns_back(i)) out.blur[i] = rounding(i);
   for (std::size_t i = 0; i < ignored_.size(); ++i)
     if (ignored_[i]) {
@@ -91,10 +90,10 @@ void EventFinder::sample(Stepper& stepper, const StepView& step, double t, Detai
   out.exact = detail != Detail::coarse;
 }
 
-/// dg/dt of the conditions that contain x′ or z, by differences along the step; their g, too, since the
-/// coarse interpolant may have z at the ends of the step only.
+/// Finite differences along the step for dg/dt of the conditions that contain x′ or z. Their g is evaluated,
+/// too, since the coarse interpolant may know z at the ends of the step only.
 void EventFinder::measure_slopes(Stepper& stepper, const StepView& step, double t, Sample& out) {
-  const double apart = (step.to.t - step.from.t) / 64;  // makes far more difference than errors of the step
+  const double apart = (step.to.t - step.from.t) / 64;  // a difference well above the errors of the step
   const double at = std::min(t, step.to.t - apart / 2);
   const double beside = at - apart < step.from.t ? at + apart : at - apart;
   const auto conditions = [&](double time) {
@@ -102,7 +101,7 @@ void EventFinder::measure_slopes(Stepper& stepper, const StepView& step, double 
     point_.z = step.to.z;
     try {
       stepper.interpolate(step, time, Detail::full, point_);
-    } catch (const Failure&) {  // the equations are singular there: the run will come to that
+    } catch (const Failure&) {  // the equations are singular there; later steps will report it
       stepper.interpolate(step, time, Detail::coarse, point_);
     }
     evaluate(point_, beside_);
@@ -116,7 +115,7 @@ void EventFinder::measure_slopes(Stepper& stepper, const StepView& step, double 
   }
 }
 
-/// A sample by the cheapest means that show z.
+/// A sample by the cheapest interpolant that has z.
 void EventFinder::look(Stepper& stepper, const StepView& step, double t, Sample& out) {
   sample(stepper, step, t, Detail::coarse, out);
   if (wants_.slopes) measure_slopes(stepper, step, t, out);
@@ -163,13 +162,13 @@ void EventFinder::set_side(int which, int side) {
   blur_[which] = rounding(static_cast<std::size_t>(which));
 }
 
-/// A reset may throw the solution back from where the condition is 0.
+/// Can a reset reverse the motion at the root of the condition?
 bool EventFinder::turns_back(std::size_t i) const {
   const Event& event = (*events_)[i];
   return !event.surface && (event.call || !event.reset.empty());
 }
 
-/// A few ulp of the terms of an event function at the point that was evaluated last.
+/// The rounding error of an event function at the point of the last evaluation: a few ulp of its terms.
 double EventFinder::rounding(std::size_t i) {
   if (!conditions_->slope_known[i])
     return conditions_->measured[i] && turns_back(i) ? rounding_of_solved * largest_[i] : 0;
@@ -183,19 +182,19 @@ double EventFinder::rounding(std::size_t i) {
   }
   double size = 0;
   terms_[i](problem_->values().data(), &size);
-  // Differences of two bodies that touch contain the rounding errors of all steps since, which are not alike.
+  // Differences between two bodies in contact contain the rounding errors of all steps since, which differ.
   const double relative = turns_back(i) ? rounding_of_solved : rounding_of_state;
   return std::isfinite(size) ? relative * size : 0;
 }
 
-/// To rounding: what g changes by in a few ulp of t.
+/// Is g zero up to its change within a few ulp of t?
 bool EventFinder::is_zero(std::size_t i, const Sample& at) const {
   const double size =
       conditions_->slope_known[i] ? std::fabs(at.slope[i]) * std::max(span_, std::fabs(at.t)) : 0;
   return at.g[i] == 0 || std::fabs(at.g[i]) <= 64 * eps * size;
 }
 
-/// To rounding again, where dg/dt is not known: what g changes by between two samples in a few ulp of t.
+/// The same test where dg/dt is unknown, with the rate of change between two samples.
 bool EventFinder::falls_to_zero(std::size_t i, const Sample& a, const Sample& b) const {
   const double rate = std::fabs(a.g[i] - b.g[i]) / (b.t - a.t);
   return std::fabs(b.g[i]) < std::fabs(a.g[i]) &&
@@ -222,9 +221,9 @@ int EventFinder::vanished(const std::vector<double>& g) const {
   return -1;
 }
 
-/// The height of a bounce that rounding errors of large terms hide; the speed of a surface that
-/// begins to slide. Terms may be so large that g is never above their rounding: then g is
-/// compared with its own largest value.
+/// Is g hidden by the rounding errors of its terms, like the height of a bounce or the speed of a
+/// surface that begins to slide? Large terms can hide every value of g, so g is compared with its own
+/// largest value, too.
 bool EventFinder::is_invisible(std::size_t i) {
   const double g = std::fabs(last_.g[i]);
   return g <= 1e-12 * largest_[i] && g <= rounding(i);
@@ -234,19 +233,18 @@ bool EventFinder::wanted(std::size_t i, bool rising) const {
   return (*events_)[i].direction == 0 || ((*events_)[i].direction > 0) == rising;
 }
 
-/// A zero at the beginning becomes the sign of g just after it.
+/// Replaces a zero at the beginning by the sign of g just after it.
 void EventFinder::start(const Point& point, const std::vector<Crossing>& crossed) {
   if (events_->empty()) return;
   evaluate(point, last_);
   fresh_ = true;
-  // A root by the continuous extension may be far from one by the slope of the solution, near points at which
-  // events accumulate: the condition is then not small beside its slope, but the root has been dealt with.
+  // Near accumulation points of events the root of the continuous extension may differ much from that of the
+  // solution. Then g is not small relative to its slope, but the root has been handled.
   beginnings_.assign(events_->size(), {});
   for (const Crossing& c : crossed) {
     double& g = last_.g[c.which];
     beginnings_[c.which] = {std::fabs(g - c.g) <= 1e-3 * std::fabs(c.g), c.rising ? -1 : 1};
-    // an unknown that is solved for anew, in another branch, is 0 up to the rounding
-    // of its equations and of t
+    // an unknown computed anew in another branch is 0 up to the rounding errors of its equations and of t
     const double size = largest_[c.which] + std::fabs(c.slope) * std::max(span_, std::fabs(point.t));
     if (conditions_->measured[c.which] && std::fabs(g) <= rounding_of_solved * size) g = 0;
   }
@@ -254,18 +252,18 @@ void EventFinder::start(const Point& point, const std::vector<Crossing>& crossed
   for (std::size_t i = 0; i < events_->size(); ++i) {
     if (!beginnings_[i].resumed && !is_zero(i, last_) && !is_invisible(i)) continue;
     blur_[i] = turns_back(i) ? std::max(rounding(i), tiny) : rounding(i);
-    // friction that begins to slide: the velocity is rounding, and so is its slope
+    // sliding friction begins: the velocity is a rounding error, and so is its slope
     const bool level = (*events_)[i].surface && std::fabs(last_.slope[i]) * 1e-6 * span_ <= blur_[i];
     last_.g[i] = level || last_.slope[i] == 0 ? 0.0 : std::copysign(tiny, last_.slope[i]);
   }
 }
 
-/// The solution began on the border and is still there to rounding.
+/// Has the solution begun on the border and stayed there to within rounding?
 bool EventFinder::stays_on_border(std::size_t i, const Sample& a, const Sample& b) const {
   return blur_[i] > 0 && std::fabs(a.g[i]) == tiny && std::fabs(b.g[i]) <= std::max(blur_[i], b.blur[i]);
 }
 
-/// g may have gone to zero and come back between two samples of one sign: its slopes are too large for a
+/// Can g have reached zero and returned between two samples of one sign? Judged by slopes too large for a
 /// monotone or gently curved function.
 bool EventFinder::may_hide(const Sample& a, const Sample& b, int depth) const {
   for (std::size_t i = 0; i < events_->size(); ++i) {
@@ -276,7 +274,7 @@ bool EventFinder::may_hide(const Sample& a, const Sample& b, int depth) const {
   return false;
 }
 
-/// At the end of the run there is no step behind a root that would show the change of sign.
+/// Is there a root at the end of the run, where no later step shows the change of sign?
 bool EventFinder::ends_at_zero(std::size_t i, const Sample& a, const Sample& b) const {
   if (b.t < end_ || std::fabs(a.g[i]) <= tiny || opposite(a.g[i], b.g[i])) return false;
   if (!conditions_->slope_known[i] && !(*events_)[i].termination_reason.empty())
@@ -284,11 +282,12 @@ bool EventFinder::ends_at_zero(std::size_t i, const Sample& a, const Sample& b) 
   return a.g[i] * b.slope[i] < 0 && is_zero(i, b);
 }
 
-/// A sine of a condition turns by more than a radian. A run whose steps hold more turns than can be counted,
-/// again and again, would not come to an end: then its borders are looked at less closely, and events end it.
+/// Does the argument of a sine in a condition change by more than 1 rad? If the number of oscillations per
+/// step stays beyond the limit, a border is sampled more coarsely and an event raises an error: resolving
+/// them all would take forever.
 bool EventFinder::oscillates(const Sample& a, const Sample& b, int depth) {
   constexpr int close = 12, coarse = 4;  // halvings: 4096 samples in a quarter of a step
-  constexpr long many = 20000;           // samples between which a sine turns: some steps full of them
+  constexpr long many = 20000;           // samples with an unresolved sine, enough for several steps
   if (conditions_->phases.empty()) return false;
   for (std::size_t i = 0; i < events_->size(); ++i) {
     if (!(std::max(a.rate[i], b.rate[i]) * (b.t - a.t) > 1)) continue;
@@ -304,9 +303,9 @@ bool EventFinder::oscillates(const Sample& a, const Sample& b, int depth) {
 
 std::optional<EventFinder::Hit> EventFinder::scan(Stepper& stepper, const StepView& step, Sample& a,
                                                   Sample& b, int depth) {
-  if (changes(a, b)) {  // what the coarse samples show must be so
+  if (changes(a, b)) {  // a sign change between coarse samples is verified on the solution
     make_exact(stepper, step, a);
-    if (changes(floor_, a))  // a coarse sample had put a root behind it
+    if (changes(floor_, a))  // the coarse sample had moved a root out of its interval
       if (auto hit = first_hit(stepper, step, floor_, a)) return hit;
     floor_ = a;
     make_exact(stepper, step, b);
@@ -325,10 +324,10 @@ std::optional<EventFinder::Hit> EventFinder::scan(Stepper& stepper, const StepVi
   return {};
 }
 
-/// Gives a sample inside the step at which g is 0 the sign of g just after it: a root is found there if that
-/// differs from the sign before. At the end of the step this is left to the next step.
+/// Gives a sample inside the step with g = 0 the sign of g just after it. If that differs from the sign
+/// before, there is a root. At the end of the step the next step decides.
 void EventFinder::decide_zeros(Stepper& stepper, const StepView& step, const Sample& a, Sample& b) {
-  constexpr double ahead = 1.0 / 64;  // of the rest of the step
+  constexpr double ahead = 1.0 / 64;  // relative to the rest of the step
   for (std::size_t i = 0; i < events_->size(); ++i) {
     if (b.g[i] != 0 || a.g[i] == 0 || b.t >= step.to.t || stays_on_border(i, a, b)) continue;
     make_exact(stepper, step, b);
@@ -353,7 +352,7 @@ void EventFinder::make_exact(Stepper& stepper, const StepView& step, Sample& at)
   settle_zeros(floor_, at);
 }
 
-/// A sample that happens to be a root without counting as one has the sign of g just after it.
+/// Gives a sample with g = 0 that does not count as a root the sign of g just after it.
 void EventFinder::settle_zeros(const Sample& a, Sample& b) const {
   for (std::size_t i = 0; i < events_->size(); ++i)
     if (stays_on_border(i, a, b))
@@ -362,9 +361,9 @@ void EventFinder::settle_zeros(const Sample& a, Sample& b) const {
       b.g[i] = a.g[i] == 0 ? 0.0 : std::copysign(tiny, b.slope[i]);
 }
 
-/// The slope of a condition that is 0 where the search begins, extrapolated from the two closest values that
-/// can be told from that one: the step may be longer than the excursion that begins here. Where the slope
-/// cannot be told from 0, a reset has thrown the solution back.
+/// The slope of a condition that is 0 at the start of the search, extrapolated from the two closest values
+/// that differ from it by more than rounding: an excursion that begins here may be shorter than the step. A
+/// slope indistinguishable from 0 means that a reset has reversed the motion.
 double EventFinder::slope_after(Stepper& stepper, const StepView& step, std::size_t i) {
   constexpr double closer = 8;
   const double invisible = rounding_of_solved * largest_[i];

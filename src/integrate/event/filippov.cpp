@@ -16,7 +16,7 @@ bool is_zero_at(Expr e, const Values& at) {
   return !std::isfinite(value) || value == 0;
 }
 
-/// s′ with a list of expressions for x′; nothing where s contains more than t, x, parameters and constants.
+/// s′ with the given expressions for x′; empty if s contains anything but t, x, parameters and constants.
 std::optional<Expr> rate(Expr s, const dae::FirstOrder& form, const std::vector<Expr>& xdot) {
   Expr result = partial(s, time_symbol());
   for (Expr leaf : leaves({&s, 1})) {
@@ -30,15 +30,15 @@ std::optional<Expr> rate(Expr s, const dae::FirstOrder& form, const std::vector<
   return result;
 }
 
-/// The two sides of the border.
+/// The equations on the two sides of the border.
 class Sides {
  public:
   Sides(const Substitution& above, const Substitution& below) : above_(above), below_(below) {}
   Expr plus(Expr e) const { return substitute(e, above_); }
   /// F₊ - F₋
   Expr jump(Expr e) const { return simplify(plus(e) - substitute(e, below_)); }
-  /// (1 - μ) F₊ + μ F₋ with μ = a/b. A jump that is a multiple of b is written without the quotient, which is
-  /// 0/0 where a normal force vanishes.
+  /// (1 - μ) F₊ + μ F₋ with μ = a/b. Where the jump is a constant multiple of b the quotient is cancelled: it
+  /// would be 0/0 where a normal force vanishes.
   void combine(std::vector<Expr>& list, Expr a, Expr b) const {
     for (Expr& e : list)
       if (const Expr D = jump(e); D.is_zero())
@@ -61,7 +61,7 @@ void combine_all(SlidingForm& sliding, const Sides& sides, Expr a, Expr b) {
   sliding.weights.push_back(a / b);
 }
 
-/// The residual that μ is eliminated from: one that jumps, by as simple an expression as there is.
+/// The residual from which μ is eliminated: the one with the simplest jump.
 std::optional<std::size_t> eliminated_row(const std::vector<Expr>& F, const Sides& sides, const Values& at) {
   std::optional<std::size_t> best;
   std::size_t fewest = 0;
@@ -76,7 +76,7 @@ std::optional<std::size_t> eliminated_row(const std::vector<Expr>& F, const Side
   return best;
 }
 
-/// A state written by the others where 0 = s, if s contains one with a constant factor.
+/// Solves 0 = s for a state that s contains with a constant factor.
 Substitution on_border(Expr s, const dae::FirstOrder& form) {
   for (Expr leaf : leaves({&s, 1}))
     if (std::find(form.x.begin(), form.x.end(), leaf) != form.x.end())
@@ -85,9 +85,9 @@ Substitution on_border(Expr s, const dae::FirstOrder& form) {
   return {};
 }
 
-/// μ from the first of s′, s″ … that jumps on the border; those before it vanish as s does. √|s| has
-/// no derivative there: the state that s determines is substituted into equations with a root of s.
-/// False where no derivative jumps.
+/// μ from the first of s′, s″ … that jumps on the border; the derivatives before it vanish like s. √|s| has
+/// no derivative there: in equations with such a root, the state that s determines is substituted. Returns
+/// false if no derivative jumps.
 bool slide_by_slope(SlidingForm& sliding, Expr border, const Sides& sides, bool has_root, const Values& at) {
   constexpr int highest = 3;
   std::vector<Expr> conditions{border};

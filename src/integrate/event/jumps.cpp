@@ -41,12 +41,12 @@ Eighths look(const std::function<double(double)>& f, double from, double to) {
 }
 
 std::optional<double> jump_in(const std::function<double(double)>& f, const Eighths& list, double size) {
-  constexpr double trifle = 1e-11;  // of |f|: what a step that ends behind a kink has seen of it
+  constexpr double trifle = 1e-11;  // relative to |f|: the change seen by a step that ends just after a kink
   std::array<double, eighths> changes;
   for (std::size_t k = 0; k < eighths; ++k) changes[k] = list[k].change();
   std::sort(changes.begin(), changes.end());
-  // Few eighths stand out; where none does, as on a straight line or with a jump in
-  // each, the largest is tried.
+  // A jump makes few eighths stand out. If none does, as on a straight line or with a jump in each eighth,
+  // the largest is tried.
   const double usual = std::min(3 * changes[1], 0.999 * changes[eighths - 1]);
   for (Piece piece : list) {
     const double change = piece.change();
@@ -54,8 +54,8 @@ std::optional<double> jump_in(const std::function<double(double)>& f, const Eigh
         change <= trifle * size)
       continue;
     for (int k = 0; k < 8 && piece.change() >= 0.5 * change; ++k) halve(f, piece);
-    if (piece.change() < 0.5 * change) continue;  // continuous: a root would leave a sixteenth of it
-    // to neighbouring numbers: inputs before the jump are asked for at the one below
+    if (piece.change() < 0.5 * change) continue;  // continuous: even a root would leave only 1/16
+    // bisect down to adjacent numbers: the input before the jump is evaluated at the lower one
     const double least = 1e-20 * std::max(std::fabs(list.front().a), std::fabs(list.back().b));
     for (double before = INFINITY; piece.b - piece.a < before && before > least; halve(f, piece))
       before = piece.b - piece.a;
@@ -70,7 +70,7 @@ struct Triple {
   double bend() const { return std::fabs(fa - 2 * fm + fb); }
 };
 
-/// Of the three triples of half the size the one in which f bends most.
+/// The one of the three triples of half the size with the largest second difference.
 void halve(const std::function<double(double)>& f, Triple& p) {
   const double l = p.a + (p.m - p.a) / 2, r = p.m + (p.b - p.m) / 2, fl = f(l), fr = f(r);
   const Triple parts[] = {
@@ -79,12 +79,12 @@ void halve(const std::function<double(double)>& f, Triple& p) {
                         [](const Triple& x, const Triple& y) { return x.bend() < y.bend(); });
 }
 
-/// A change Δ of slope at a distance d from the middle of a triple of length 2 δ bends f by Δ
-/// (δ - |d|): after two halvings between 1/8 and 1/2 of the first is left, after four 1/32 and 1/8;
-/// of what f″ makes 1/16 and 1/256.
+/// A change Δ of slope at distance d from the middle of a triple of length 2 δ has the second difference Δ (δ
+/// - |d|). Two halvings leave between 1/8 and 1/2 of it, four leave between 1/32 and 1/8; of the contribution
+/// of f″ they leave 1/16 and 1/256.
 std::optional<double> kink_in(const std::function<double(double)>& f, const Eighths& list, double rounding,
                               double size) {
-  constexpr std::size_t most = 4;  // triples that stand out: of two kinks
+  constexpr std::size_t most = 4;  // triples that stand out: those of two kinks
   std::array<Triple, eighths - 1> triples;
   double largest = 0, change = 0;
   for (std::size_t k = 0; k + 1 < eighths; ++k) {
@@ -95,7 +95,7 @@ std::optional<double> kink_in(const std::function<double(double)>& f, const Eigh
   }
   const double from = list.front().a, to = list.back().b;
   const double noise = 1e3 * std::numeric_limits<double>::epsilon() * size +
-                       8 * rounding * change / (list[0].b - list[0].a);  // of f, and of t in f
+                       8 * rounding * change / (list[0].b - list[0].a);  // rounding of f, and of t in f
   const auto stands_out = [&](const Triple& t) { return t.bend() > 0.7 * largest; };
   if (largest <= std::max(1e-9 * size, 64 * noise) ||
       std::count_if(triples.begin(), triples.end(), stands_out) > static_cast<std::ptrdiff_t>(most))
@@ -108,9 +108,9 @@ std::optional<double> kink_in(const std::function<double(double)>& f, const Eigh
     for (int k = 0; k < 2; ++k) halve(f, triple);
     if (triple.bend() < bend / 64) continue;
     while (triple.bend() > noise && triple.b - triple.a > 4 * rounding) halve(f, triple);
-    if (triple.bend() > 4 * noise) continue;  // a jump, of a number that is rounded
-    const double end = 1e-6 * (to - from);    // a step that ends at a kink meets it again
-    if (triple.a - from > end && to - triple.b > end) return triple.b;  // none is behind it
+    if (triple.bend() > 4 * noise) continue;  // a jump of a rounded number
+    const double end = 1e-6 * (to - from);    // a step that ends at a kink finds it again
+    if (triple.a - from > end && to - triple.b > end) return triple.b;  // no further kink is searched for
   }
   return {};
 }

@@ -10,12 +10,12 @@ namespace pendula::integrate {
 namespace {
 
 constexpr int cells = 2048;
-constexpr double change = 2e-3;  // of the range of values, from a sample to the next: something happens
-constexpr int stops = 8;         // in a pulse: every method sees a bell curve in eight pieces
-constexpr std::size_t most_pulses = 200;  // more are an oscillation, which no step passes over
+constexpr double change = 2e-3;  // between two samples, relative to the range; smaller changes count as rest
+constexpr int stops = 8;         // per pulse: every method resolves a bell curve in eight pieces
+constexpr std::size_t most_pulses = 200;  // more are an oscillation, which no step can miss
 
-/// Sums, products, sines of a smooth argument have no short pulse without an oscillation, and the borders of
-/// abs, min, max and ifelse are located.
+/// Can e have a short pulse? Sums, products and sines of a smooth argument have none without oscillating, and
+/// the borders of abs, min, max and ifelse are located as events.
 bool can_pulse(Expr e) {
   const auto varies = [](Expr part) {
     const std::vector<Expr> all = leaves({&part, 1});
@@ -41,17 +41,17 @@ bool can_pulse(Expr e) {
   });
 }
 
-/// Samples first … last of one function, between which it has moved; it is at rest before
-/// `rest_before` and behind `rest_behind`.
+/// The function changes between the samples first … last. It is constant before `rest_before`
+/// and after `rest_behind`.
 struct Pulse {
   int first, last;
   int rest_before = first, rest_behind = last;
 };
 
-/// The feet of a bell curve: a step that ends in one and has no stage there has not seen it. Not more than
-/// the length of the pulse on either side: the feet of 1/(1 + t²) have no end.
+/// Extends a pulse by the feet of a bell curve, since a step that ends in a foot without a stage there misses
+/// the pulse. At most by the length of the pulse on either side: the feet of 1/(1 + t²) are unbounded.
 void add_feet(Pulse& pulse, const std::vector<double>& f, double range) {
-  constexpr double at_rest = 1e-9;  // of the range
+  constexpr double at_rest = 1e-9;  // relative to the range
   const int length = pulse.last - pulse.first;
   const auto moves = [&](int k) { return std::fabs(f[k + 1] - f[k]) > at_rest * range; };
   while (pulse.rest_before > 0 && pulse.first - pulse.rest_before < length && moves(pulse.rest_before - 1))
@@ -60,7 +60,7 @@ void add_feet(Pulse& pulse, const std::vector<double>& f, double range) {
     ++pulse.rest_behind;
 }
 
-/// Changes with rest behind them that take at most `longest` cells.
+/// Changes that take at most `longest` cells and are followed by rest.
 std::vector<Pulse> pulses_of(const std::vector<double>& f, int longest) {
   const auto [low, high] = std::minmax_element(f.begin(), f.end());
   const double range = *high - *low;
@@ -78,7 +78,7 @@ std::vector<Pulse> pulses_of(const std::vector<double>& f, int longest) {
   return found;
 }
 
-/// Where steps should end, of functions given by their samples.
+/// The times at which steps should end, for functions given by samples.
 std::vector<double> times_of(const std::vector<std::vector<double>>& samples, int longest, double from,
                              double to) {
   std::vector<double> times;
@@ -127,7 +127,7 @@ std::vector<Expr> functions_of_time(std::span<const Expr> equations, const std::
       const bool any = std::any_of(parts.begin(), parts.end(), is_time);
       (any ? timely : constant).insert(node);
     } else {
-      const bool divides = node.op() == Op::div;  // then the inverse is what may have pulses
+      const bool divides = node.op() == Op::div;  // then it is the inverse that may have pulses
       for (std::size_t i = 0; i < parts.size(); ++i)
         if (is_time(parts[i])) found.push_back(divides && i == 1 ? Expr(1) / parts[i] : parts[i]);
     }

@@ -20,7 +20,7 @@ std::vector<dae::Constraint> state_conditions(const dae::Model& model) {
   return result;
 }
 
-/// Conditions on the states with what they are measured by: Σ |∂c/∂xⱼ xⱼ|.
+/// Conditions on the states, each with the scale of its residual: Σ |∂c/∂xⱼ xⱼ|.
 struct Conditions {
   std::vector<Expr> list;
   codegen::Kernel residuals, sizes;
@@ -36,7 +36,7 @@ struct Conditions {
     residuals = codegen::Kernel(list, problem.arguments());
     sizes = codegen::Kernel(terms, problem.arguments());
   }
-  /// Which of them are violated.
+  /// The violated conditions.
   std::vector<Expr> broken(const std::vector<double>& values) const {
     const std::vector<double> off = residuals(values), size = sizes(values);
     std::vector<Expr> result;
@@ -46,7 +46,7 @@ struct Conditions {
   }
 };
 
-/// The conditions without those that, to first order, say what others say already.
+/// The conditions without those that are linearly dependent on others to first order.
 static std::vector<Expr> independent(const std::vector<Expr>& conditions, const std::vector<Expr>& movable,
                                      const std::vector<double>& values, const Problem& problem) {
   std::vector<Expr> partials;
@@ -68,7 +68,7 @@ static std::vector<Expr> independent(const std::vector<Expr>& conditions, const 
   return result;
 }
 
-/// Moves states onto conditions by the least change; false if that does not lead there.
+/// Moves states onto the conditions by the smallest change; false if that does not converge.
 static bool repaired(std::vector<double>& values, const std::vector<Expr>& conditions,
                      const std::vector<Expr>& movable, const Problem& problem) {
   dae::Projection stage;

@@ -23,7 +23,7 @@ bool is_even_power(Expr e) {
   return n && n->get_den() == 1 && mpz_even_p(n->get_num_mpz_t());
 }
 
-/// For every value of its leaves, as far as its form tells.
+/// Does the form of e show that it is ≥ 0 for all values of its leaves?
 bool never_negative(Expr e) {
   check_stack();
   if (e.is_constant()) return constant_value(e) >= 0;
@@ -33,7 +33,7 @@ bool never_negative(Expr e) {
   return (e.op() == Op::add || e.op() == Op::mul) && std::all_of(parts.begin(), parts.end(), never_negative);
 }
 
-/// Defined on one side only, so that a frozen branch may leave its domain.
+/// Operations with a one-sided domain, which a frozen branch may leave.
 bool may_leave_domain(Expr node) {
   switch (node.op()) {
     case Op::sqrt:
@@ -55,7 +55,7 @@ bool may_leave_domain(Expr node) {
 
 bool is_function(Expr e, Op op) { return !e.is_constant() && !e.is_symbol() && e.op() == op; }
 
-/// v where √e = |v| …: e = v², v⁶, c v².
+/// The base v of a power for which √e is a power of |v|: e = v², v⁶, c v².
 Expr base_of_square(Expr e) {
   check_stack();
   if (e.is_constant() || e.is_symbol()) return {};
@@ -66,8 +66,9 @@ Expr base_of_square(Expr e) {
   return mpz_divisible_ui_p(exact_value(e.operand(1))->get_num_mpz_t(), 4) ? Expr() : e.operand(0);
 }
 
-/// A function that has a kink or a jump, but no branch that could be held fixed, where this vanishes:
-/// atan2(y, x) at y = 0, asin(sin u) at cos u = 0, √(v²) at v = 0. A constant where there is none.
+/// A function with a kink or a jump, but without a branch that could be frozen, has it where this
+/// expression vanishes: atan2(y, x) at y = 0, asin(sin u) at cos u = 0, √(v²) at v = 0. Returns a constant
+/// for other functions.
 Expr bare_border(Expr node) {
   if (node.is_constant() || node.is_symbol() || node.operands().empty()) return {};
   const Expr a = is_function(node.operand(0), Op::neg) ? node.operand(0).operand(0) : node.operand(0);
@@ -92,7 +93,7 @@ Expr bare_border(Expr node) {
   }
 }
 
-/// e of c e with a number c, and whether c is positive.
+/// Splits c e into e and whether the number c is positive.
 std::pair<Expr, bool> without_factor(Expr e) {
   bool positive = true;
   while (!e.is_constant() && !e.is_symbol()) {
@@ -152,7 +153,7 @@ void PiecewiseForm::find_branches(const std::vector<Expr>& nodes) {
     const bool two = op != Op::abs && op != Op::sign;
     const Expr when = node.operand(0) - (two ? node.operand(1) : Expr());
     if (when.is_constant()) continue;
-    if (const int sign = dae::sign_of(when); sign != 0) {  // ||x|/2|: touches 0 at most
+    if (const int sign = dae::sign_of(when); sign != 0) {  // as in ||x|/2|, which at most touches 0
       if (op == Op::abs || op == Op::min || op == Op::max)
         branches_.push_back({node, 0, {}, false, -1, sign});
       continue;
@@ -166,7 +167,7 @@ void PiecewiseForm::find_branches(const std::vector<Expr>& nodes) {
   }
 }
 
-/// a < b and b < a have one border, and x/1000 < 0 has that of x < 0.
+/// a < b and b < a have one border; x/1000 < 0 has that of x < 0.
 std::size_t PiecewiseForm::surface_of(Expr when, bool& reversed) {
   const auto [e, positive] = without_factor(when);
   for (std::size_t k = 0; k < surfaces_.size(); ++k) {
@@ -179,7 +180,7 @@ std::size_t PiecewiseForm::surface_of(Expr when, bool& reversed) {
   return surfaces_.size() - 1;
 }
 
-/// One mode for every kind of branch of a surface that may be frozen.
+/// One mode per kind of branch for every surface that may be frozen.
 void PiecewiseForm::number_modes(const std::vector<char>& frozen) {
   modes_.clear();
   for (Surface& surface : surfaces_) surface.modes.clear();
@@ -265,7 +266,7 @@ SlidingForm PiecewiseForm::form(const std::vector<Treatment>& treatment,
   return result;
 }
 
-/// For each surface: nothing that depends on its modes, by value or by being chosen, can leave its domain.
+/// For each surface: can no node that depends on its modes, by value or by selection, leave its domain?
 std::vector<char> PiecewiseForm::may_be_frozen(const std::vector<Expr>& equations) const {
   std::vector<char> result(surfaces_.size(), 1);
   std::unordered_map<Expr, std::size_t> surface_of_mode;

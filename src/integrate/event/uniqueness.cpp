@@ -15,7 +15,7 @@
 namespace pendula::integrate {
 namespace {
 
-/// Numbers and parameters.
+/// Does e contain numbers and parameters only?
 bool is_fixed(Expr e) {
   const std::vector<Expr> inside = leaves({&e, 1});
   return std::all_of(inside.begin(), inside.end(), [](Expr leaf) {
@@ -23,7 +23,7 @@ bool is_fixed(Expr e) {
   });
 }
 
-/// What a root vanishes with, and what changes its sign there: 2 g |h| vanishes with h.
+/// The factor with which a root vanishes and at which it changes its sign: 2 g |h| vanishes with h.
 Expr inside(Expr e) {
   for (;;) {
     switch (e.op()) {
@@ -63,7 +63,8 @@ bool moves_by_states(Expr e, const std::vector<Expr>& states) {
   return moves;
 }
 
-/// u, u′, u″ … along the solution, while they are functions of t and states that no root disturbs.
+/// u, u′, u″ … along the solution, as long as they are functions of t and of states whose derivatives
+/// contain no root.
 std::vector<Expr> chain_of(Expr u, const dae::FirstOrder& equations) {
   constexpr std::size_t longest = 4;
   std::vector<Expr> chain{u};
@@ -85,7 +86,7 @@ std::vector<Expr> chain_of(Expr u, const dae::FirstOrder& equations) {
 }  // namespace
 
 std::vector<UniquenessCheck::Root> UniquenessCheck::roots_of(const Problem& problem) {
-  constexpr std::size_t size = 200'000;  // in equations; an entry counts as 1000 more
+  constexpr std::size_t size = 200'000;  // capacity in equations; each entry counts as 1000 more
   static LruCache<std::shared_ptr<const dae::FirstOrder>, std::vector<Root>> known(size);
   const auto equations = problem.shared_model();
   if (const std::vector<Root>* found = known.find(equations)) return *found;
@@ -93,7 +94,7 @@ std::vector<UniquenessCheck::Root> UniquenessCheck::roots_of(const Problem& prob
   for (Expr node : topological(equations->F)) {
     if (!dae::is_root(node)) continue;
     const Expr argument = inside(node.operand(0));
-    // a sum of squares, as in lengths: its gradient vanishes with it
+    // a sum of squares, as in lengths, whose gradient vanishes with it
     if (dae::sign_of(argument) != 0) continue;
     if (moves_by_states(argument, equations->x)) roots.push_back({chain_of(argument, *equations), node});
   }
@@ -102,7 +103,7 @@ std::vector<UniquenessCheck::Root> UniquenessCheck::roots_of(const Problem& prob
 
 UniquenessCheck::UniquenessCheck(const Problem& problem) : roots_(roots_of(problem)) {
   if (roots_.empty()) return;
-  problem_ = std::make_shared<Problem>(problem);  // the run places other points
+  problem_ = std::make_shared<Problem>(problem);  // private copy, since the run sets other points
   states_ = static_cast<Eigen::Index>(problem.model().x.size());
   std::vector<Expr> unknowns{time_symbol()}, outputs;
   unknowns.insert(unknowns.end(), problem.model().x.begin(), problem.model().x.end());
@@ -136,7 +137,7 @@ std::string UniquenessCheck::at(RhsSolver& derivative, const Point& point, const
 
 bool UniquenessCheck::leaves_from(std::size_t k, RhsSolver& derivative, const Point& point,
                                   const Tolerances& tolerances) {
-  constexpr double located = 1e-10;  // of the size of u: what a root of it is off by
+  constexpr double located = 1e-10;  // relative to the size of u: the error of a located root
   evaluate(point);
   const auto m = static_cast<Eigen::Index>(roots_[k].chain.size());
   Vec unit(states_), value(m);
@@ -150,7 +151,7 @@ bool UniquenessCheck::leaves_from(std::size_t k, RhsSolver& derivative, const Po
     weight.row(i) = Eigen::Map<const Vec>(u + 2, states_).cwiseProduct(unit).transpose();
     if (!(std::fabs(u[0]) <= located * weight.row(i).cwiseAbs().sum())) return false;
   }
-  // the shortest way to u = 1 with u′, u″ … as they are, each state in units of its size
+  // the smallest change of the states, in units of their sizes, that changes u by 1 and keeps u′, u″ …
   const Mat ways = pseudo_inverse(weight.completeOrthogonalDecomposition());
   const Vec direction = unit.cwiseProduct(ways.col(0));
   if (!direction.allFinite()) return false;
@@ -168,7 +169,7 @@ double UniquenessCheck::rate(std::size_t k, RhsSolver& derivative, Point point) 
 
 bool UniquenessCheck::escapes(std::size_t k, RhsSolver& derivative, const Point& on, const Vec& direction,
                               double size) {
-  constexpr double far = 1e-5, near = 1e-9;  // of the size of u
+  constexpr double far = 1e-5, near = 1e-9;  // relative to the size of u
   constexpr double lowest = 0.1, highest = 0.9, still = 0.01;
   const double here = rate(k, derivative, on);
   for (const double side : {1.0, -1.0}) {
@@ -177,7 +178,7 @@ bool UniquenessCheck::escapes(std::size_t k, RhsSolver& derivative, const Point&
       beside.x += side * distance * size * direction;
       const double outward = side * rate(k, derivative, beside);
       const double u = row(k, 0)[0];
-      return side * u > 0 ? outward : -1.0;  // beyond a kink u does not grow as its gradient says
+      return side * u > 0 ? outward : -1.0;  // beyond a kink u does not grow as its gradient predicts
     };
     const double wide = away(far), narrow = away(near);
     if (!(wide > 0 && narrow > 0) || !(std::fabs(here) <= still * narrow)) continue;

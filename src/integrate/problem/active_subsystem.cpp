@@ -9,7 +9,7 @@
 namespace pendula::integrate {
 namespace {
 
-/// start[i] … start[i + 1]: where the entries of i are, from (i, entry) sorted by entry.
+/// Groups (i, entry) pairs sorted by entry: the entries of i are those from start[i] to start[i + 1].
 void group(int count, const std::vector<std::pair<int, int>>& pairs, std::vector<int>& start,
            std::vector<int>& entries) {
   start.assign(static_cast<std::size_t>(count) + 1, 0);
@@ -26,7 +26,7 @@ std::span<const int> of(const std::vector<int>& start, const std::vector<int>& e
                                     static_cast<std::size_t>(start[k + 1] - start[k]));
 }
 
-/// An equation for every x′ᵢ and zⱼ; empty where there is none.
+/// Pairs every x′ᵢ and zⱼ with an equation; empty if that is not possible.
 std::vector<int> paired(int n, int N, const dae::Signature& determines) {
   const dae::Offsets offsets = dae::offsets(determines, N);
   if (!offsets.unmatched.empty() || n > N) return {};
@@ -118,7 +118,7 @@ std::vector<T> picked(const std::vector<T>& from, const std::vector<int>& places
 
 Vec picked(const Vec& from, const std::vector<int>& places) { return from(places); }
 
-/// The chosen equations as a model; unknowns outside are parameters.
+/// The chosen equations as a model in which the other unknowns are parameters.
 ProblemPtr problem_of(const ProblemPtr& whole, const Point& rest, const std::vector<int>& rows,
                       const std::vector<int>& x, const std::vector<int>& z) {
   const dae::FirstOrder& all = whole->model();

@@ -79,7 +79,7 @@ bool Projector::holds(const std::vector<double>& values, std::size_t first_state
   return true;
 }
 
-/// One step of Newton's method; false where the matrix is singular or something is not finite.
+/// One Newton step; false if the matrix is singular or a value is not finite.
 bool Projector::correct(std::vector<double>& values, std::size_t first_state, double& moved,
                         double& largest) {
   const std::size_t n = moved_.size();
@@ -90,7 +90,7 @@ bool Projector::correct(std::vector<double>& values, std::size_t first_state, do
   last_jacobian_.assign(number, number + jacobian_.size());
   double* entry = matrix_.data();
   for (std::size_t k = 0; k < jacobian_.size(); ++k, ++number) *entry++ = *number, *entry++ = *number;
-  if (stage_.weight.size() == 0) entry += n;  // stays the identity
+  if (stage_.weight.size() == 0) entry += n;  // keeps the identity
   std::copy_n(number, weights_.size(), entry);
   if (!solver_.factorise(matrix_.data())) return false;
   solver_.solve(right_.data());
@@ -116,7 +116,8 @@ void Projector::run(std::vector<double>& values, std::size_t first_state) {
   for (int k = 0; k < most_steps; ++k) {
     double moved = 0, largest = 0;
     if (!correct(values, first_state, moved, largest)) break;
-    const double rounding = k < 4 ? 1e-14 : 1e-11;  // badly scaled constraints stay at their own rounding
+    // corrections of badly scaled constraints stay at the level of their rounding errors
+    const double rounding = k < 4 ? 1e-14 : 1e-11;
     if (moved <= rounding * (1 + largest)) return;
   }
   throw Failure(text("the state could not be moved back onto 0 = ", conditions(),

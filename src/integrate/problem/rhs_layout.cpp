@@ -8,9 +8,9 @@
 
 namespace pendula::integrate {
 
-/// Unknowns that may have several solutions where those before them are known: equations are taken in blocks,
-/// each of which is solvable after those before it, and a block may have several solutions where its matrix
-/// depends on its own unknowns. Of velocities and accelerations there is one at each position.
+/// Marks unknowns that may have several solutions for given values of those solved before. The equations are
+/// solved in blocks, and a block can have several solutions if its matrix depends on its own unknowns.
+/// (Positions may be ambiguous; velocities and accelerations at given positions are not.)
 static std::vector<double> ambiguous(const std::vector<Expr>& unknowns,
                                      const std::vector<Position>& positions,
                                      const std::vector<Expr>& partials) {
@@ -19,7 +19,8 @@ static std::vector<double> ambiguous(const std::vector<Expr>& unknowns,
   for (const Position& p : positions) pattern[p.row].push_back(p.column);
   const dae::Blocks blocks = dae::dulmage_mendelsohn(pattern, size);
   std::vector<std::size_t> block_of_row(unknowns.size()), block_of_column(unknowns.size());
-  for (std::size_t b = 0; b < blocks.square.size(); ++b) {  // what is not square counts as one block
+  // equations outside square blocks count as one block
+  for (std::size_t b = 0; b < blocks.square.size(); ++b) {
     for (int row : blocks.square[b].rows) block_of_row[row] = b + 1;
     for (int column : blocks.square[b].columns) block_of_column[column] = b + 1;
   }

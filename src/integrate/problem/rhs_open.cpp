@@ -1,4 +1,4 @@
-// Where the equations leave x′ and z open: how that is noticed, and said.
+// How open equations, those that do not determine x′ and z, are detected and reported.
 #include "integrate/problem/rhs_solver.hpp"
 #include "integrate/solve/column_scale.hpp"
 
@@ -8,7 +8,7 @@
 
 namespace pendula::integrate {
 
-/// Masses of 10⁻¹² s⁻² and forces of 1 are in one row: scaled rows are not enough.
+/// Scaling the rows is not enough where, for instance, masses of 10⁻¹² and forces of 1 share a row.
 bool RhsSolver::is_regular_in_other_units() const {
   std::vector<double> scaled = entries_;
   for (double& entry : scaled) entry = std::fabs(entry);

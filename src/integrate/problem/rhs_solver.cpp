@@ -10,7 +10,7 @@
 #include "integrate/solve/error_sizes.hpp"
 
 namespace pendula::integrate {
-/// Without a branch, unlike std::max.
+/// Branch-free, unlike std::max.
 static double greater(double a, double b) { return a > b ? a : b; }
 
 RhsSolver::RhsSolver(ProblemPtr problem, Stats& stats)
@@ -88,10 +88,10 @@ bool RhsSolver::solve(double t, const double* x, double* xdot, double* z, bool n
   return false;
 }
 
-/// Newton's iteration with damping, for exponentials whose linearisation leads far beyond where it holds: a
-/// step is halved until the next correction with the same matrix, δ̄, has become shorter, ‖δ̄‖ ≤ (1 - λ/4)
-/// ‖δ‖ (natural monotonicity; Deuflhard, Newton Methods for Nonlinear Problems, 2004, §3.2-3.3). The unknowns
-/// move until a whole step halves the correction. Lengths in units of the values at the beginning.
+/// Damped Newton iteration, for exponentials whose linearisation holds in a small neighbourhood only. A step
+/// is halved until the next correction with the same matrix, δ̄, satisfies ‖δ̄‖ ≤ (1 - λ/4) ‖δ‖ (natural
+/// monotonicity; Deuflhard, Newton Methods for Nonlinear Problems, 2004, §3.2-3.3). Ends when a full step
+/// halves the correction. Norms are relative to the values at the beginning.
 bool RhsSolver::approach() {
   constexpr int most = 60;
   constexpr double least = 1e-6, longest = 1e100;
@@ -128,7 +128,8 @@ bool RhsSolver::approach() {
   return false;
 }
 
-/// With the exponents of the equations as unknowns of their own: diodes after a jump of their source.
+/// The iteration with the exponents of the equations as additional unknowns, as for diodes after a jump
+/// of their source.
 bool RhsSolver::approach_by_exponents() {
   static PerEquations<std::shared_ptr<const dae::LiftedNewton>> known;
   const auto first = 1 + problem_->n(), size = static_cast<int>(r_.size());
@@ -149,8 +150,8 @@ bool RhsSolver::approach_by_exponents() {
   return found.has_value();
 }
 
-/// One correction with the factorisation at hand; its length in units of the unknowns, NaN if F is not
-/// finite. Also moved_ and moved_curved_.
+/// One correction with the current factorisation. Returns its norm relative to the unknowns, NaN if F is not
+/// finite; sets moved_ and moved_curved_.
 double RhsSolver::correct(double* xdot, double* z) {
   const int n = problem_->n(), m = problem_->m(), N = n + m;
   problem_->residual(r_.data());
@@ -187,8 +188,8 @@ double RhsSolver::correct(double* xdot, double* z) {
   return largest;
 }
 
-/// F is what its own rounding leaves: it changes by as much where the last bits of x, x′ and z do. Where the
-/// terms of a small x′ are large, corrections never become small beside x′ itself.
+/// Is F a rounding error: no larger than its change under changes in the last bits of x, x′ and z? Where the
+/// terms of a small x′ are large, corrections never become small relative to x′.
 bool RhsSolver::solved_to_rounding() {
   constexpr double last_bits = 4 * std::numeric_limits<double>::epsilon();
   double* at = problem_->unknowns();
@@ -197,7 +198,7 @@ bool RhsSolver::solved_to_rounding() {
   std::fill(rounding_.begin(), rounding_.end(), 0.0);
   ++stats_.evaluations;
   for (std::size_t run = 1; run < 2 * values_.size();
-       run *= 2) {  // in one of the patterns, two of them differ
+       run *= 2) {  // any two values have different signs in one of the patterns
     for (std::size_t j = 0; j < values_.size(); ++j)
       at[j] = values_[j] * (1 + (j / run % 2 == 0 ? last_bits : -last_bits));
     problem_->residual(changed_.data());
@@ -210,13 +211,14 @@ bool RhsSolver::solved_to_rounding() {
   return true;
 }
 
-/// After a correction, with a matrix of the point before it or not. Newton: δₖ₊₁ ≈ C δₖ²; with a matrix that
-/// was made at a distance d from the solution δₖ₊₁ ≈ 2 C d δₖ, and measured, θ δₖ (Hairer & Wanner II,
-/// §IV.8). Lengths in units of each unknown: beside a fast x′ a small current counts as much.
+/// Predicts the error after a correction with a matrix of the preceding point (fresh) or an older one.
+/// Newton: δₖ₊₁ ≈ C δₖ²; with a matrix from a distance d to the solution: δₖ₊₁ ≈ 2 C d δₖ; measured: θ δₖ
+/// (Hairer & Wanner II, §IV.8). Norms are relative to each unknown, so that a small current counts as much as
+/// a fast x′.
 void RhsSolver::expect(Progress& progress, bool fresh, bool first) {
   constexpr double least = 0.1, remembered = 0.5, careful = 10;
   const double before = progress.last;
-  // unknowns in which the equations are linear are right after the first one
+  // the first correction solves exactly for unknowns in which the equations are linear
   const double now = progress.last = first ? moved_curved_ : moved_;
   if (first || !(before > 0)) {
     progress.distance = now;
@@ -232,11 +234,11 @@ void RhsSolver::expect(Progress& progress, bool fresh, bool first) {
       fresh ? careful * curvature_ * now * now : progress.rate * now / (1 - std::min(progress.rate, 0.5));
 }
 
-/// Whether a new matrix saves more iterations than it costs.
+/// Does a new matrix save more iterations than it costs?
 bool RhsSolver::renewal_pays(const Progress& progress) const {
-  // A new matrix is seldom dearer than the iterations that it saves above a rate of 0.1. Rates below 10⁻³ are
-  // measured on rounding errors. A factorisation costs 0.7 iterations up to 15 unknowns and grows with their
-  // number beyond (LU of sparse matrices, as implicit_cost()).
+  // Above a rate of 0.1 a new matrix hardly ever costs more than the iterations that it saves. Measured rates
+  // below 10⁻³ are rounding errors. A factorisation costs 0.7 iterations up to 15 unknowns, more in
+  // proportion to their number beyond (sparse LU, as in implicit_cost()).
   constexpr double quickest = 1e-3, slow = 0.1;
   constexpr double factorisation = 0.7, usual = 15;
   if (progress.rate > slow) return true;
@@ -250,7 +252,7 @@ bool RhsSolver::renewal_pays(const Progress& progress) const {
   return cost * renewed < kept;
 }
 
-/// maxₖ |Jᵢₖ yₖ| by equation.
+/// maxₖ |Jᵢₖ yₖ| of every equation i.
 std::vector<double>& RhsSolver::largest_terms() {
   const double* at = problem_->unknowns() + problem_->n();
   std::fill(rounding_.begin(), rounding_.end(), 0.0);
@@ -261,8 +263,9 @@ std::vector<double>& RhsSolver::largest_terms() {
   return rounding_;
 }
 
-/// The last correction changes no nonlinear term visibly. Beside an x′ of 10⁶⁰, on the way down an
-/// exponential, every step of another unknown looks like rounding.
+/// Is the change of every nonlinear term by the last correction negligible? (Norms of corrections do not show
+/// it: relative to an x′ of 10⁶⁰, in the first iterations for an exponential, corrections of the other
+/// unknowns look like rounding errors.)
 bool RhsSolver::bends_little() {
   constexpr double visible = 1e-6;
   const std::vector<double>& terms = largest_terms();
@@ -273,9 +276,10 @@ bool RhsSolver::bends_little() {
   return true;
 }
 
-/// The last correction beside the one before it, in units that the equations tell: an unknown j is of the
-/// size at which it would count in one of them, minᵢ maxₖ |Jᵢₖ yₖ|/|Jᵢⱼ|, where it is not larger. The angle
-/// of a bar that stays level is 0, and every correction of it long beside its value.
+/// The ratio of the last two corrections, in units derived from the equations: the unit of unknown j is the
+/// size at which it dominates an equation, minᵢ maxₖ |Jᵢₖ yₖ|/|Jᵢⱼ|, or its value if that is larger. Its
+/// value alone is no unit: the angle of a bar that stays level is 0, and every correction of it is large
+/// relative to that.
 double RhsSolver::contraction() {
   const std::size_t size = r_.size();
   const double* at = problem_->unknowns() + problem_->n();
@@ -307,8 +311,8 @@ bool RhsSolver::newton(double* xdot, double* z, bool near) {
   const double* at = problem_->unknowns() + problem_->n();
   for (std::size_t i = 0; i < usual_.size(); ++i) usual_[i] = std::max(usual_[i] / 2, std::fabs(at[i]));
   for (int k = 0; k < 40; ++k) {
-    // A new matrix at the first point, after a long way (an old one may lead to another root), and whenever
-    // the old one does not contract well.
+    // A new matrix is formed at the first point, after a large correction (the old one may lead to another
+    // root), and whenever the old one contracts slowly.
     constexpr double far = 0.1;
     const bool fresh = !ready_ || previous > far || k > 2 || renewal_pays(progress);
     if (fresh && !assemble()) return false;
@@ -317,9 +321,9 @@ bool RhsSolver::newton(double* xdot, double* z, bool near) {
     if (std::isnan(now)) return ready_ = false;
     expect(progress, fresh, k == 0);
     const bool stagnates = now <= stagnation && now >= previous / 2;
-    const bool still = now <= rounding || (stagnates && fresh);  // old matrices contract slowly, too
-    // With matrices of this point, what does not shrink is rounding, of lengths of kilometres whose
-    // difference is an unknown; at a double root it would be halved.
+    const bool still = now <= rounding || (stagnates && fresh);  // old matrices contract slowly as well
+    // With matrices of this point, a correction that does not shrink is rounding, as where an unknown is the
+    // difference of two lengths in kilometres. At a double root it would be halved.
     const bool stuck = k >= 4 && now <= small && now >= 0.75 * previous;
     if ((still || stuck) && (moved_curved_ <= small || bends_little() || solved_to_rounding())) return true;
     if (progress.expected <= accuracy_ && progress.rate <= certain) return true;
@@ -331,10 +335,9 @@ bool RhsSolver::newton(double* xdot, double* z, bool near) {
         trouble_ = Trouble::far;
         return false;
       }
-      slowest = fast;  // an old matrix contracts slowly on the right branch, too; new ones have to do better
+      slowest = fast;  // an old matrix contracts slowly on the right branch, too; new ones must do better
     }
-    if (k >= 6 && now > slowest * previous && solved_to_rounding())
-      return true;  // with new matrices all the way
+    if (k >= 6 && now > slowest * previous && solved_to_rounding()) return true;  // all matrices were new
     previous = now;
   }
   trouble_ = Trouble::diverged;

@@ -26,7 +26,7 @@ Samples::Samples(std::vector<double> t, std::vector<double> values, Hold hold, s
   if (hold == Hold::zero) end_ = t_.size() > 1 ? 2 * end_ - t_[t_.size() - 2] : HUGE_VAL;
 }
 
-/// The piece [tᵢ, tᵢ₊₁) that t lies in.
+/// The index i of the piece [tᵢ, tᵢ₊₁) that contains t.
 std::size_t Samples::piece(double t) {
   const double rounding = 1e-12 * std::max({std::fabs(t_.front()), std::fabs(t_.back()), 1e-300});
   if (t < t_.front() - rounding || t > end_ + rounding)

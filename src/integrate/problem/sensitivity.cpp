@@ -94,7 +94,7 @@ Mat initial_sensitivity(const Variational& model, const std::vector<Expr>& condi
       right(i, j) = -evaluate({&slope, 1}, values)[0];
     }
   }
-  // dx = C⁺ r + N w, w chosen so that the states that were fixed come nearest to what is wanted of them.
+  // dx = C⁺ r + N w, with w such that the fixed states change as little as possible from the wanted values
   const Eigen::JacobiSVD<Mat> svd(C, Eigen::ComputeThinU | Eigen::ComputeFullV);
   const double smallest = 1e-9 * (svd.singularValues().size() > 0 ? svd.singularValues()[0] : 0);
   const auto rank = (svd.singularValues().array() > smallest).count();

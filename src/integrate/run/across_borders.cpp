@@ -7,7 +7,8 @@
 
 namespace pendula::integrate {
 
-/// The equations with the branches of x′ and z, and those that are thawed, as they are written.
+/// Builds the equations with the original branches, not frozen ones, for borders that contain x′ or z and for
+/// those that are thawed.
 void AcrossBorders::make(const std::vector<Treatment>& treatment) {
   made_for_ = treatment;
   live_ = nullptr;

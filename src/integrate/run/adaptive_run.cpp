@@ -36,12 +36,12 @@ FlushDenormals::~FlushDenormals() = default;
 
 namespace {
 
-/// Integrates most of the way from the last point that is kept to where the run stops: the step that passed
-/// it may have been a good part of the run. No event is there, since those of that step have been found. By
-/// halves, so that another reason to stop (plan().stop_when: another choice of constraints is better) is
-/// noticed before errors have grown; true if one was.
+/// Integrates from the last kept point to shortly before the stopping time t, since the step across t may
+/// have been long. There are no events in between: those of that step have been found. The remaining distance
+/// is halved in turn, so that another stopping reason (plan().stop_when: another choice of constraints is
+/// better) is noticed before errors have grown; returns true if there was one.
 bool come_closer(AdaptiveState& state, MethodSelector& method, const Point& from, double t) {
-  constexpr double rest = 1e-3;  // of the way: behind that, equations that become singular multiply errors
+  constexpr double rest = 1e-3;  // of the interval; beyond it, equations close to singular amplify errors
   constexpr int most_steps = 100;
   const double end = t - rest * (t - from.t);
   if (!(end > from.t)) return false;
@@ -57,12 +57,12 @@ bool come_closer(AdaptiveState& state, MethodSelector& method, const Point& from
       state.keep(state.stepper().here(), false);
       if (stop_when && stop_when(state.stepper().here())) return true;
     }
-  } catch (const Failure&) {  // near enough
+  } catch (const Failure&) {  // close enough
   }
   return false;
 }
 
-/// Does a reason say that something vanishes, as those of guards do?
+/// Does the reason say that a factor vanishes, as the reasons of guards do?
 bool names_factor(const std::string& reason) {
   return reason.find(" = 0 there, and ") != std::string::npos ||
          reason.find(" almost 0 there; ") != std::string::npos;
@@ -136,7 +136,7 @@ class AdaptiveRun {
     try {
       if (outcome.ending == Ending::stopped && plan().ways_on)
         outcome.message += plan().ways_on(point_near(outcome.t), names_factor(outcome.message));
-    } catch (const Interrupted&) {  // the solution up to here is kept, without them
+    } catch (const Interrupted&) {  // keeps the solution so far, without continuations
     }
     if (state_.solution->not_unique().empty()) state_.solution->set_not_unique(domain_.not_unique());
     state_.stats().rest = standstill_.rest(stepper().here());
@@ -147,7 +147,7 @@ class AdaptiveRun {
   Stepper& stepper() { return state_.stepper(); }
   const Plan& plan() const { return state_.plan; }
 
-  /// One step with everything that happens in it; sets the outcome when the run is over.
+  /// One step including its events and monitors; sets the outcome when the run is over.
   void advance(RunOutcome& outcome) {
     poll_interrupt();
     check_progress();
@@ -192,9 +192,9 @@ class AdaptiveRun {
     peaks_.restart(state_.problem, stepper().here());
   }
 
-  /// Where a step fails with frozen branches, it may succeed with the branches as they are written: a frozen
-  /// one may have been evaluated where it is singular. Beside √|s| sign(s) = 0 it may fail
-  /// because the solution stays there.
+  /// A step that fails with frozen branches may succeed with the original ones, since a frozen branch may be
+  /// singular beyond its border. Near √|s| sign(s) = 0 it may fail because the solution stays at s = 0 and
+  /// has to slide.
   void step() {
     try {
       return method_.step();
@@ -215,8 +215,8 @@ class AdaptiveRun {
                          stepper().is_stiff() ? ". They are limited by stability: the equations are stiff, "
                                                 "take method = \"radau\" or \"bdf\""
                                               : ""));
-    constexpr double vanished = 1e-6, almost = 0.01;  // of the value at the start
-    constexpr double creeping = 1e-7;                 // step size beside the time since the start
+    constexpr double vanished = 1e-6, almost = 0.01;  // relative to the value at the start
+    constexpr double creeping = 1e-7;                 // step size relative to the time since the start
     const bool guarded = !plan().guards.empty() || !plan().blocks.empty();
     const double t = stepper().here().t;
     if (guarded && stall_.is_stalled(t, stats, state_.interval()) &&
@@ -229,7 +229,7 @@ class AdaptiveRun {
     plan().progress(state_.reached, stats);
   }
 
-  /// A monitor ends the run: what is behind its time is taken back.
+  /// Ends the run at the request of a monitor and discards the solution after that time.
   void stop_at(const Stop& stop, RunOutcome& outcome) {
     state_.reached = state_.history->has_forgotten() ? stop.known : state_.history->cut(stop.t);
     state_.solution->cut(state_.reached);
@@ -242,7 +242,7 @@ class AdaptiveRun {
     if (come_closer(state_, method_, from, stop.t)) outcome = {Ending::stop_when, ""};
   }
 
-  /// A step across a pole is taken back; shorter ones come closer, until the run ends before it.
+  /// Rejects a step across a pole. Shorter steps approach the pole until the run ends before it.
   bool has_passed_pole(RunOutcome& outcome) {
     const double t = stepper().before().t;
     const auto reason = domain_.passed(*state_.problem, stepper().before(), stepper().here());
@@ -251,12 +251,12 @@ class AdaptiveRun {
     return true;
   }
 
-  /// The solution at the time at which the run stops, or the last steps continued to it.
+  /// The solution at the stopping time, extrapolated from the last step if necessary.
   Point point_near(double t) {
     if (stop_point_) return *stop_point_;
     try {
       return state_.solution->at(t);
-    } catch (const UserFacing&) {  // the run did not come so far
+    } catch (const UserFacing&) {  // the run ended before t
     }
     const Point &from = stepper().before(), &to = stepper().here();
     if (!(to.t > from.t) || from.x.size() != to.x.size()) return to;
@@ -265,7 +265,7 @@ class AdaptiveRun {
     return point;
   }
 
-  /// After a failure: what the equations need and has almost vanished at the last point.
+  /// After a failure: the quantity that the equations require and that has almost vanished at the last point.
   std::string singularity_nearby(double almost) {
     if (plan().guards.empty() && plan().blocks.empty()) return domain_.almost_outside(stepper().here());
     SingularityMonitor divisors(state_.problem, plan().guards);
@@ -289,10 +289,10 @@ class AdaptiveRun {
   Standstill standstill_;
   RoundingWatch rounding_;
   StallDetector stall_;
-  const bool is_explicit_;  ///< the method that was asked for
+  const bool is_explicit_;  ///< of the requested method
   bool ended_ = false;      ///< by an event at the start
   Point first_;
-  std::optional<Point> stop_point_;  ///< where the run has stopped, by the step that passed it
+  std::optional<Point> stop_point_;  ///< where the run has stopped, by interpolation in the step across it
   int since_progress_ = 0;
 };
 

@@ -12,8 +12,8 @@ static Plan with_tolerances(Plan plan, const Problem& problem) {
   return plan;
 }
 
-/// The unknowns of index 3 and more: they contain an error δ of a constraint as δ/h² and more, and are left
-/// out of the error test for that reason (Hairer & Wanner II, §VII.4).
+/// Names the unknowns of index 3 and higher. They contain an error δ of a constraint as δ/h² or worse, and
+/// are excluded from the error test (Hairer & Wanner II, §VII.4).
 static std::string untested(const Problem& problem, const std::vector<int>& indices) {
   constexpr int first = 3;
   constexpr std::size_t shown = 3;

@@ -8,11 +8,12 @@
 namespace pendula::integrate {
 namespace {
 
-/// The two points must be on different sides of the border, to which the given one is moved first; δ begins
-/// as small as rounding may allow, and a root of it is to be well below what δ itself shrinks by.
+/// Distances δ, in units of the unknowns, at which F is compared on both sides of the border. The near one
+/// starts at the limit set by rounding. Between the far and the near distance a continuous difference shrinks
+/// at least like a root; a jump does not shrink.
 constexpr double far = 1e-3, nearest = 1e-9, farthest = 1e-8;
 constexpr double shrunk = 0.01;  // √(10⁻⁸/10⁻³) and less
-constexpr double floor = 1e-10;  // of the terms of F: rounding of long sums
+constexpr double floor = 1e-10;  // relative to the terms of F: rounding of long sums
 
 }  // namespace
 
@@ -28,7 +29,7 @@ bool BorderJump::is_continuous(int event, const Point& point) {
   const Point on = moved(point, -condition(event, point) / slopes.dot(n) * n);
   double near = nearest;
   while (condition(event, moved(on, near * n)) * condition(event, moved(on, -near * n)) >= 0)
-    if ((near *= 10) > farthest) return false;  // rounding hides the border
+    if ((near *= 10) > farthest) return false;  // the border is hidden by rounding errors
   const Vec wide = difference(on, n, far), narrow = difference(on, n, near), least = rounding(on);
   for (Eigen::Index i = 0; i < narrow.size(); ++i) {
     const double allowed = std::max(std::isfinite(wide[i]) ? shrunk * std::fabs(wide[i]) : 0.0, least[i]);
@@ -37,7 +38,8 @@ bool BorderJump::is_continuous(int event, const Point& point) {
   return true;
 }
 
-/// In units of the unknowns: wᵢ ∂g/∂yᵢ over its largest entry, times wᵢ; y = (t, x, x′, z).
+/// The gradient of g in units w of the unknowns, scaled to 1: wᵢ ∂g/∂yᵢ over its largest entry, times wᵢ; y =
+/// (t, x, x′, z).
 Vec BorderJump::direction(int event, const Point& point) {
   const dae::FirstOrder& model = state_.problem->model();
   auto& [kernel, numbers] = directions_[event];
@@ -54,7 +56,7 @@ Vec BorderJump::direction(int event, const Point& point) {
   kernel(live_->values().data(), numbers.data());
   const Eigen::Index n = point.x.size(), m = point.z.size();
   const Tolerances& tolerances = state_.plan.tolerances;
-  const auto smallest = [&](Eigen::Index i) {  // what counts as a size where the unknown is 0
+  const auto smallest = [&](Eigen::Index i) {  // the unit of an unknown that is 0
     return tolerances.rtol[i] > 0 ? tolerances.atol[i] / tolerances.rtol[i] : 1.0;
   };
   Vec size(1 + 2 * n + m);
@@ -95,7 +97,7 @@ Vec BorderJump::difference(const Point& point, const Vec& direction, double dist
   return result;
 }
 
-/// Of F: a share of Σ |∂F/∂y| |y|.
+/// The rounding error of F: a share of Σ |∂F/∂y| |y|.
 Vec BorderJump::rounding(const Point& point) {
   const int n = live_->n();
   live_->set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());

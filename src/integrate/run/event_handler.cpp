@@ -28,7 +28,7 @@ bool EventHandler::after_step(RunOutcome& outcome) {
       hit = state_.finder.find(state_.stepper(), state_.view);
     } catch (const Oscillation&) {
       throw;
-    } catch (const Failure&) {  // no z inside the step: it has passed a point where equations are singular
+    } catch (const Failure&) {  // no z inside the step: it has crossed a singular point
       if (state_.plan.guards.empty() || !first_in_step_ || !repeated_shorter()) throw;
       return true;
     }
@@ -43,11 +43,12 @@ bool EventHandler::after_step(RunOutcome& outcome) {
   return false;
 }
 
-/// Factors that change their sign by a jump, with the branches that they contain, are 0 nowhere or,
-/// sign(t - 1), on the border only: {-1 if t < 1, else 1}. True where nothing else happens there.
+/// Removes factors that change their sign by a jump. Together with their branches they vanish nowhere, like
+/// {-1 if t < 1, else 1}, or on the border only, like sign(t - 1). Returns true if no other event remains.
 bool EventHandler::drop_jumps(EventFinder::Hit& hit) {
   constexpr double eps = std::numeric_limits<double>::epsilon();
-  constexpr double close = 1e-3;  // of the factor at the ends of the step: it is 1e-6 and less at a root
+  // relative to the factor at the ends of the step; at a root the ratio is 1e-6 or less
+  constexpr double close = 1e-3;
   const auto size = [&](int which, double t) {
     return std::fabs(state_.finder.value(state_.stepper(), state_.view, which, t));
   };
@@ -71,9 +72,9 @@ const Event* EventHandler::terminating(const EventFinder::Hit& hit) const {
   return nullptr;
 }
 
-/// Applies events of one moment together if their resets change nothing that conditions of the others
-/// depend on, like clocks that tick together. Other events with resets are left pending: what a reset has
-/// changed is known after a restart.
+/// Applies simultaneous events together if their resets do not affect the conditions of the others, as
+/// for synchronous clocks. Other events with resets stay pending until the restart shows the effects of
+/// the first resets.
 EventHandler::Applied EventHandler::apply_all(const EventFinder::Hit& hit, Point& point) {
   Applied done;
   std::vector<Expr> reset;
@@ -91,9 +92,10 @@ EventHandler::Applied EventHandler::apply_all(const EventFinder::Hit& hit, Point
   return done;
 }
 
-/// Could the condition of an event, or its slope, have been changed by these states?
+/// Can a change of these states change the condition of the event or its slope?
 bool EventHandler::may_change(int which, const std::vector<Expr>& reset) {
-  if (state_.plan.events.reinitialise) return true;  // conditions on the states move others, too
+  // restoring the conditions on the states changes other states as well
+  if (state_.plan.events.reinitialise) return true;
   if (behind_.empty())
     for (const Event& event : state_.plan.events.list)
       behind_.push_back(states_behind(event.when, state_.problem->model()));
@@ -103,7 +105,7 @@ bool EventHandler::may_change(int which, const std::vector<Expr>& reset) {
   });
 }
 
-/// True when the step ends at the event, or was taken back.
+/// Returns true if the step ends at the event or was rejected.
 bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
   AdaptiveState& s = state_;
   if (const Event* end = terminating(hit)) return end_before(hit, *end, outcome);
@@ -115,7 +117,7 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
     beyond = beyond || (event.surface && event.modes.empty() && event.leaves < 0);
     may_jump = may_jump || event.call || !event.reset.empty();
   }
-  // a branch that is not held fixed has been evaluated beyond the border: the step has to end there
+  // an unfrozen branch was evaluated beyond its border; the step must end at the border
   if (beyond && first_in_step_ && repeated_up_to(hit.t)) return true;
   Point point = s.inside(surface && !frozen ? hit.before : hit.t, Detail::full);
   if (surface && s.stepper().is_doubtful() && first_in_step_ && repeated_shorter()) return true;
@@ -128,12 +130,12 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
       throw accumulation(event_of(hit.list.front()));
     }
   }
-  // just before the border: sign(x) is 0 on it, and nowhere else
+  // evaluate just before the border: sign(x) is 0 on the border only
   const auto is_divisor = [](const Event& event) { return !event.termination_reason.empty(); };
   if (surface && !may_jump && std::any_of(s.plan.events.list.begin(), s.plan.events.list.end(), is_divisor))
     if (const int gone = s.finder.vanished(s.inside(hit.before, Detail::full)); gone >= 0)
       return end_before(hit, s.plan.events.list[gone], outcome);
-  // a step from here to the end is no step where it is as short as times of events are uncertain
+  // the rest of the interval is no step if it is as short as the uncertainty of event times
   constexpr double uncertain = 100 * std::numeric_limits<double>::epsilon();
   const bool at_end = s.plan.to - hit.t <= uncertain * std::fabs(s.plan.to);
   point.t = at_end ? s.plan.to : hit.t;
@@ -159,7 +161,7 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
     pending = carried_across(sides, hit);
     settle_after = !pending.empty();
   } else {
-    s.writer.go_on(point, false);  // held back, but nothing has jumped
+    s.writer.go_on(point, false);  // was withheld, but nothing has jumped
   }
   write_records(point);
   if (settle_after && settle(&before, pending)) stop = true;
@@ -182,7 +184,7 @@ bool EventHandler::settle_carried(const Point& before, const std::vector<double>
   return !list.empty() && settle(&before, std::move(list));
 }
 
-/// Conditions that have jumped across their roots: forces between bodies, where friction turns.
+/// Events whose conditions have jumped across zero, such as contact forces where friction reverses.
 std::vector<EventFinder::Crossing> EventHandler::carried_across(const std::vector<double>& before,
                                                                 const EventFinder::Hit& hit) const {
   std::vector<EventFinder::Crossing> list;
@@ -199,8 +201,8 @@ std::vector<EventFinder::Crossing> EventHandler::carried_across(const std::vecto
   return list;
 }
 
-/// The condition falls by the continuous extension while it rises by the equations, or the reverse, and a
-/// reset depends on it: the errors of the step are larger than what has happened since the last event.
+/// Does the condition fall by the continuous extension but rise by the equations, or the reverse? If a reset
+/// depends on it, the errors of the step exceed the motion since the last event.
 bool EventHandler::is_contradictory(const EventFinder::Hit& hit, const Point& point) {
   for (const auto& crossing : hit.list) {
     const Event& event = event_of(crossing);
@@ -219,9 +221,9 @@ void EventHandler::write_records(const Point& after) {
   records_.clear();
 }
 
-/// The equations cannot be solved at this event: the run ends where the step to it began, or, where other
-/// events have been in the step, just before it. Values inside a step over a singular point mean little: it
-/// is approached in shorter steps.
+/// Ends the run at an event where the equations become singular. A long step is repeated in shorter ones
+/// first, since interpolation across a singular point is unreliable. Otherwise the solution ends at the
+/// beginning of the step, or just before the event if other events preceded it in the step.
 bool EventHandler::end_before(const EventFinder::Hit& hit, const Event& event, RunOutcome& outcome) {
   const bool is_long = state_.view.to.t - state_.view.from.t > 1e-6 * state_.interval();
   if (first_in_step_ && is_long && repeated_shorter()) return true;
@@ -269,7 +271,7 @@ bool EventHandler::repeated_up_to(double t) {
   constexpr double at_the_end = 1e-6;  // of a step
   const double from = state_.view.from.t, to = state_.view.to.t;
   if (to - t <= at_the_end * (to - from) || t - from <= 1e-12 * state_.interval()) return false;
-  if (!is_defined(state_.inside(t, Detail::full))) return false;  // x log|x| at 0: only beside it
+  if (!is_defined(state_.inside(t, Detail::full))) return false;  // x log|x| is undefined at 0 itself
   state_.end = t;
   return repeated(t - from);
 }
@@ -289,14 +291,14 @@ bool EventHandler::repeated(double dt) {
   stepper.start(start, state_.end);
   stepper.suggest(0);
   state_.finder.start(stepper.here(), after);
-  for (std::size_t i = 0; i < sides.size(); ++i) {  // z solved anew may be another solution
+  for (std::size_t i = 0; i < sides.size(); ++i) {  // solving for z again may lead to another solution
     const bool ends = !events[i].termination_reason.empty();
     if (ends && sides[i] * state_.finder.side(static_cast<int>(i)) < 0) return false;
   }
   return true;
 }
 
-/// What an event asks for, done to the point.
+/// Applies the reset or callback of an event to the point.
 EventReply EventHandler::apply(const EventFinder::Crossing& crossing, Point& point) {
   const Event& event = event_of(crossing);
   const auto which = static_cast<std::size_t>(crossing.which);
@@ -334,14 +336,14 @@ void EventHandler::restart(const Point& point, const Point& before, const EventF
   last_restart_.t = point.t;
   modes_.count(hit.list, point);
   if (moment == Moment::later) check_accumulation(point, hit);
-  // where x′ is continuous, its derivatives with respect to parameters are
+  // if x′ is continuous, so are its derivatives with respect to the parameters
   const bool follows = state_.problem->n() > state_.problem->visible_n() && !modes_.is_continuous(hit.list);
   const double slope = follows ? state_.finder.slope(hit.list.front().which, before) : 0;
   begin_again(point, hit.list);
   if (follows) follow_sensitivities(before, hit, slope);
 }
 
-/// At `to`: where no solution goes on behind the border, none has to, and the values are those before it.
+/// Restarts at the end of the run. If no solution continues behind the border, the values before it are kept.
 bool EventHandler::arrives(const Point& point, const Point& before, const EventFinder::Hit& hit) {
   try {
     restart(point, before, hit);
@@ -359,7 +361,7 @@ void EventHandler::check_accumulation(const Point& point, const EventFinder::Hit
       last_event_ = crossing.which;
     }
   if (!zeno_.add(point.t, state_.stats().steps, state_.interval())) return;
-  // Between the bounces of v′ = -g - v |v| the solution crosses v = 0: it is the bounces that accumulate.
+  // Solutions of v′ = -g - v |v| cross v = 0 between bounces, but it is the bounces that accumulate.
   const int which = last_event_ >= 0 && since_event_ <= 2 ? last_event_ : hit.list.front().which;
   const Event event = state_.plan.events.list[which];  // the list may grow
   const bool again = point.t - last_accumulation_ < 1e-6 * state_.interval();
@@ -387,8 +389,8 @@ void EventHandler::begin_again(const Point& point, const ModeTracker::Crossings&
   if (may_jump) state_.history->begin(state_.stepper().here());
 }
 
-/// The time t* of an event depends on p: dt*/dp = -(dg/dp)/(dg/dt), and with it S jumps where x or x′ do:
-/// S₊ = S₋ + (x′₋ - x′₊) dt*/dp, for a reset x₊ = r(t, x): S₊ = dr/dp + (dr/dt - x′₊) dt*/dp.
+/// The time t* of an event depends on p: dt*/dp = -(dg/dp)/(dg/dt). Therefore S jumps where x or x′ jumps: S₊
+/// = S₋ + (x′₋ - x′₊) dt*/dp; for a reset x₊ = r(t, x): S₊ = dr/dp + (dr/dt - x′₊) dt*/dp.
 /// see  Galán, Feehery & Barton, Appl. Numer. Math. 31, 1999;  docs/derivations.md#sensitivities
 void EventHandler::follow_sensitivities(const Point& before, const EventFinder::Hit& hit, double slope) {
   const Event& event = event_of(hit.list.front());

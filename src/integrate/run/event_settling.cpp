@@ -1,4 +1,4 @@
-// Several events at one moment: those that resets set off.
+// Several events at one time: those triggered by resets.
 #include <algorithm>
 #include <cmath>
 
@@ -9,9 +9,9 @@
 
 namespace pendula::integrate {
 
-/// The first event of direction ±2 whose condition is beyond its root at the present point, or at it and
-/// about to pass it. happened: events of this time whose condition is at its root: one that rests there, as
-/// for balls that touch, happens once. idle: events that have happened and changed nothing.
+/// The first event of direction ±2 whose condition is beyond its root at the present point, or at the root
+/// and about to cross it. happened: events of this time with their condition at the root; an event that stays
+/// there, as for bodies in contact, happens once. idle: events that have happened without changing anything.
 std::optional<int> EventHandler::overdue(const std::vector<char>& happened, const std::vector<char>& idle,
                                          const AtRoots* roots, const Point& here) {
   const std::vector<Event>& events = state_.plan.events.list;
@@ -30,9 +30,9 @@ std::optional<int> EventHandler::overdue(const std::vector<char>& happened, cons
   return {};
 }
 
-/// To rounding of times, and of what was solved for.
+/// Is the condition zero to within rounding of the time and of the solved unknowns?
 bool EventHandler::is_at_root(std::size_t i, const Point& point, double fastest) const {
-  constexpr double close = 1e-12;  // of what a condition would change by in the time of the run
+  constexpr double close = 1e-12;  // relative to the change of the fastest condition over the run
   const double size = fastest * std::max(state_.interval(), std::fabs(point.t));
   return std::fabs(state_.solution->values({&state_.plan.events.list[i].when, 1}, point)[0]) <= close * size;
 }
@@ -57,7 +57,8 @@ AtRoots EventHandler::at_roots(const Point& before, const Point& here) {
   return roots;
 }
 
-/// Of several events that are found at one moment the first reset may throw others back, which are then none.
+/// Among simultaneous events, has the first reset reversed the motion of another one, which then
+/// does not happen?
 bool EventHandler::is_thrown_back(const EventFinder::Crossing& crossing, const Point& here,
                                   const AtRoots& roots) {
   const double slope = state_.finder.slope(crossing.which, here);

@@ -39,17 +39,17 @@ bool Excursions::in_last_step() {
     if (!finder.find(state_.stepper(), state_.view)) return false;
     for (int border : candidates) finder.ignore(border);
     missed = std::any_of(candidates.begin(), candidates.end(), [&](int border) { return is_deep(border); });
-  } catch (const Failure&) {  // no z inside the step: it may have been anywhere
+  } catch (const Failure&) {  // z is unknown inside the step: the solution may have been anywhere
     missed = true;
   }
   repeated_ += missed;
   return missed;
 }
 
-/// Halfway between its crossings the solution is farther on the other side than it is known. Requires
-/// that finder_ ignores all borders.
+/// Is the solution, midway between two crossings, farther beyond the border than its error? Requires that
+/// finder_ ignores all borders.
 bool Excursions::is_deep(int border) {
-  constexpr int most = 20;  // visits; of more the solution oscillates about the border
+  constexpr int most = 20;  // excursions; with more the solution oscillates about the border
   EventFinder& finder = *finder_;
   finder.ignore(border, false);
   finder.start(state_.view.from);
@@ -69,7 +69,7 @@ bool Excursions::is_deep(int border) {
   return deep;
 }
 
-/// By how much tolerances of x and z change the surface function; 0 where it contains x′.
+/// Error of the surface function by the tolerances of x and z; 0 if it contains x′.
 double Excursions::uncertainty(int border) {
   Problem& problem = *state_.problem;
   const dae::FirstOrder& model = problem.model();

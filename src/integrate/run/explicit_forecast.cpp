@@ -29,7 +29,7 @@ void ExplicitForecast::restart() {
   implicit_ = 0;
 }
 
-/// Of a long stretch the last part counts most.
+/// Halves the sums, so that the recent part of a long stretch has the largest weight.
 void ExplicitForecast::forget() {
   time_ /= 2;
   steps_ /= 2;
@@ -79,7 +79,7 @@ void ExplicitForecast::look(const ProblemPtr& problem, const Point& here, const 
 }
 
 bool ExplicitForecast::is_less_work(double left) {
-  constexpr double clearly = 1.5, price = 25;  // explicit steps, of a change
+  constexpr double clearly = 1.5, price = 25;  // in explicit steps: the cost of a change of the method
   if (implicit_ < enough_) return false;
   if (std::exchange(on_trial_, false)) return steps_ <= spent_;
   return clearly * steps_ <= spent_ && (spent_ - steps_) * left >= price * time_;

@@ -106,7 +106,8 @@ class FixedBdf {
   FixedBdf(ProblemPtr problem, MultistepPtr method, const Plan& plan)
       : problem_(std::move(problem)), method_(std::move(method)), plan_(plan), equations_(*problem_, stats_) {
     const int stages = method_->steps() / 2 + 1;
-    // `direct` would ask for weights at infinity, which Radau IIA has; index 1 is settled by the last stage.
+    // With `direct` the weights at infinity must exist, as they do for Radau IIA. Models of index 1 take x′
+    // and z from the last stage.
     starter_ = std::make_shared<RungeKutta>(
         problem_, std::make_shared<const Tableau>(radau(std::max(2, stages))), plan.direct);
     for (const mpq_class& a : method_->alpha()) alpha_.push_back(a.get_d() / method_->beta()[0].get_d());
@@ -161,7 +162,7 @@ class FixedBdf {
     if (problem_->projects()) problem_->project(t, to.x);
   }
 
-  /// z at t as if x did not change on the way: a source may jump in the step, and diodes with it.
+  /// z at t for constant x: a source may jump within the step, and diodes switch with it.
   bool guess_without_motion(const Point& from, double t, Vec& w) {
     Point point{t, from.x, from.xdot, from.z};
     try {
@@ -184,7 +185,7 @@ class FixedBdf {
   std::vector<Vec> history_;  ///< newest first
 };
 
-/// Steps from point to point; the last one is not shortened but reached by a mesh that fits.
+/// Steps of equal size that end exactly at the end of the interval.
 RunOutcome run(FixedBdf& engine, MeshPolynomial& mesh, Solution& solution, Point here, const Plan& plan,
                FixedStepMonitors& monitors) {
   const double exact = (plan.to - plan.from) / *plan.dt;

@@ -14,7 +14,7 @@
 namespace pendula::integrate {
 namespace {
 
-/// The number of steps: rounding must not add a step of length 1e-16.
+/// The number of steps; rounding must not add a step of length 1e-16.
 long count_steps(const Plan& plan) {
   const double exact = (plan.to - plan.from) / *plan.dt;
   const double nearest = std::round(exact);
@@ -23,7 +23,7 @@ long count_steps(const Plan& plan) {
   return std::max(1L, static_cast<long>(count));
 }
 
-/// Between the saved points the method itself continues with steps dt and a shortened last one.
+/// Continues from the saved points with the method itself: steps of size dt and a shorter last one.
 class FixedContinuation : public Continuation {
  public:
   FixedContinuation(std::shared_ptr<RungeKutta> engine, Point start, const Plan& plan)
@@ -42,7 +42,7 @@ class FixedContinuation : public Continuation {
     return here;
   }
 
-  /// The run once more: `times` may have kept a few points of it only.
+  /// Repeats the run, since `times` may have kept few of its points.
   std::vector<DiscreteStep> steps() override {
     const std::string remedy = "; integrate with sensitivities = { … }";
     if (plan_.direct) throw Error("the adjoint needs a model of index 0 or 1, not direct = true" + remedy);
@@ -71,15 +71,15 @@ class FixedContinuation : public Continuation {
   double dt_;
 };
 
-/// A time at which inputs jump, if there is one where a step ends.
+/// A time just before a jump of the inputs at t; infinite if there is none.
 double jump_at(const Plan& plan, double t) {
   const double near = 1e-9 * *plan.dt;
   const auto next = std::lower_bound(plan.breaks.begin(), plan.breaks.end(), t - near);
   return next != plan.breaks.end() && *next <= t + near ? t - near : std::numeric_limits<double>::infinity();
 }
 
-/// x′ and z after a jump of inputs, which are those of the solution at the time of the
-/// jump; not at the end of the run.
+/// Computes x′ and z after a jump of the inputs; they are the values of the solution at the time of the jump.
+/// At the end of the run a failure keeps the values before it.
 void settle_behind(RungeKutta& engine, Point& point, bool at_end) {
   const Point before = point;
   try {
@@ -90,7 +90,7 @@ void settle_behind(RungeKutta& engine, Point& point, bool at_end) {
   }
 }
 
-/// Steps until the end or until something stops them.
+/// Steps until the end of the interval or until a monitor or failure ends the run.
 RunOutcome run(Problem& problem, RungeKutta& engine, Point& here, const Plan& plan, OutputWriter& writer,
                Solution& solution, FixedStepMonitors& monitors) {
   const double dt = *plan.dt;
@@ -126,8 +126,8 @@ RunOutcome run(Problem& problem, RungeKutta& engine, Point& here, const Plan& pl
   return {Ending::finished, ""};
 }
 
-/// An engine and a start with x′ and z. With `direct`, a model whose x′ and z are
-/// determined is still treated as index 1.
+/// Makes an engine and completes the start by x′ and z. A model that determines x′ and z is treated as index
+/// 1 even if `direct` is set.
 std::shared_ptr<RungeKutta> make_engine(const ProblemPtr& problem, const TableauPtr& tableau, Point& start,
                                         bool direct) {
   auto engine = std::make_shared<RungeKutta>(problem, tableau);

@@ -18,7 +18,7 @@ std::optional<double> InputBreaks::first_between(double from, double to, bool at
   return first;
 }
 
-/// Of the time, what is left to a part of its own.
+/// The shortest interval that is integrated on its own.
 double InputBreaks::shortest_part(double t) const {
   return std::max(1e-14 * state_.interval(), 32 * std::numeric_limits<double>::epsilon() * std::fabs(t));
 }
@@ -29,7 +29,7 @@ bool InputBreaks::has_repeated_step() {
   const double from = stepper.before().t, to = stepper.here().t;
   std::optional<double> first = first_between(from, to, to >= state_.end);
   if (!first || *first <= from) return false;
-  // where it stands at the beginning, u(0) = 0 and u(t) = 1 behind it, a moment of its own is left to it
+  // a jump at the beginning itself, u(0) = 0 and u(t) = 1 after it, gets an interval of its own
   const double moment = shortest_part(std::max(std::fabs(from), std::fabs(to)));
   if (*first - from < moment) {
     if (to - from <= 2 * moment) return false;
@@ -79,7 +79,7 @@ void InputBreaks::arrive() {
     events_.begin_again(here, {});
     state_.go_on(here);
     events_.settle_carried(here, sides);
-  } catch (const Failure&) {  // no solution goes on, and none has to
+  } catch (const Failure&) {  // at the end of the run no continuation is needed
   }
 }
 

@@ -19,8 +19,8 @@ void MethodSelector::start(const Point& point) {
   method_.tableau = choice.tableau;
   rival_ = choice.rival;
   use(*choice.family, point, choice.why);
-  // What has been counted is kept until the run has turned out to be one of the hardest: first
-  // steps are small, and of BDF many.
+  // The steps counted at the choice of the method hold until the run proves unusually long; early steps are
+  // small, and with BDF many.
   constexpr double hardest = 3;  // usual_radau_steps()
   forecast_.wait_until(std::lround(hardest * rival_.usual_steps));
 }
@@ -37,9 +37,9 @@ void MethodSelector::use(const MethodFamily& family, const Point& point, const s
   begin_counting();
 }
 
-/// Of what the method in use takes.
+/// Starts to measure the work of the method in use.
 void MethodSelector::begin_counting() {
-  // explicit steps for one implicit step, where accuracy limits both: docs/performance.md
+  // explicit steps per implicit step where accuracy limits both: docs/performance.md
   constexpr double of_rosenbrock = 0.4, of_radau = 1.5;
   const long steps = state_.stats().steps;
   if (!is_automatic()) return;
@@ -50,7 +50,7 @@ void MethodSelector::begin_counting() {
     return;
   }
   if (!explicit_) explicit_ = explicit_work(state_.problem, method_, state_.plan);
-  constexpr long often = 4, seldom = 16;  // a look costs some evaluations
+  constexpr long often = 4, seldom = 16;  // steps between inspections, each of which costs some evaluations
   const bool is_small = state_.problem->n() + state_.problem->m() <= StepWork::small;
   forecast_.begin({steps, work()}, family_ == &family::rosenbrock ? of_rosenbrock : of_radau,
                   is_small ? often : seldom);
@@ -61,7 +61,7 @@ void MethodSelector::renew() {
       make_stepper(*family_, state_.problem, method_, state_.plan, state_.stats(), couplings_));
 }
 
-/// Goes on with another method from here.
+/// Changes to another method at the present point.
 void MethodSelector::change(const MethodFamily& family, double dt, const std::string& why) {
   const Point here = state_.stepper().here();
   const double first = state_.plan.dt_first;
@@ -70,7 +70,7 @@ void MethodSelector::change(const MethodFamily& family, double dt, const std::st
   state_.plan.dt_first = first;
 }
 
-/// Where the method in use fails, one of the other kind may go on: radau for an explicit one, and an explicit
+/// If the method in use fails, one of the other kind may succeed: radau for an explicit one, and an explicit
 /// one where it has been in use before.
 void MethodSelector::step() {
   constexpr int most_rescues = 3;
@@ -116,7 +116,7 @@ double MethodSelector::work() {
     const double step = is_explicit ? rival_.explicit_step : rival_.implicit_step;
     return static_cast<double>(s.steps + s.rejected) * step / rival_.explicit_step;
   }
-  const int passes = is_explicit ? 1 : 2;  // an evaluation, and a stage's share of a solution
+  const int passes = is_explicit ? 1 : 2;  // an evaluation, and the share of a stage in a linear solution
   const double factorisation = implicit_cost(state_.problem->n() + state_.problem->m());
   const double all = static_cast<double>(passes * s.evaluations + s.newton_iterations + s.jacobians) +
                      factorisation * static_cast<double>(s.factorisations);
@@ -130,12 +130,13 @@ const MethodFamily& MethodSelector::implicit() const {
 
 double MethodSelector::left() const { return state_.plan.to - state_.stepper().here().t; }
 
-// The constants below: docs/derivations.md#choice-of-the-method, measured in docs/performance.md.
+// Derivation of the constants below: docs/derivations.md#choice-of-the-method;
+// measurements: docs/performance.md.
 
 void MethodSelector::leave_explicit() {
   constexpr double clearly = 2;
-  // Steps that stability alone limits: nothing but stiffness is left, for which some 12 steps of a Rosenbrock
-  // method do, a third of what a whole run takes.
+  // Small models: stability alone has limited the steps, so only stiffness is left, which takes a Rosenbrock
+  // method some 12 steps, a third of a whole run.
   constexpr double share = 0.4;
   const Problem& problem = *state_.problem;
   double next = state_.stepper().next_dt();
@@ -149,8 +150,8 @@ void MethodSelector::leave_explicit() {
   change(implicit(), next, "stiff: stability, not accuracy, limited the steps");
 }
 
-/// Explicit steps that stability limits to dt may still be less work than implicit ones: on a slow part of a
-/// relaxation oscillation. If they last, it is not such a part.
+/// Can explicit steps limited by stability to dt be less work than implicit ones nevertheless, as on the slow
+/// part of a relaxation oscillation? If many such steps follow, it is not such a part.
 bool MethodSelector::is_known_to_cost_less(double dt) {
   constexpr double clearly = 1.5;
   constexpr long one_stretch = 25;  // steps
@@ -162,13 +163,13 @@ bool MethodSelector::is_known_to_cost_less(double dt) {
   return true;
 }
 
-/// Eigenvalues determine the steps that stability allows, not those that accuracy requires, nor what z costs
-/// in each: an explicit method that has taken more work than the implicit one before is left again. If that
-/// one was on a slow part of a relaxation oscillation, a jump may take more.
+/// Leaves an explicit method again if it takes more work than the implicit one before. The change was based
+/// on eigenvalues, which determine the steps allowed by stability, but not those required by accuracy nor the
+/// cost of z. After the slow part of a relaxation oscillation extra work is admitted for a jump.
 void MethodSelector::judge_change() {
   constexpr double clearly = 1.2, jump = 40;  // explicit steps
   constexpr long first = 5, enough = 15;      // steps
-  constexpr double stretches = 4;             // as long as the one before
+  constexpr double stretches = 4;             // relative to the length of the preceding implicit stretch
   const long steps = state_.stats().steps;
   if (steps <= past_.begin + first) {
     past_.t = state_.stepper().here().t;
@@ -185,8 +186,9 @@ void MethodSelector::judge_change() {
          "the explicit method takes more work: its steps are too short, or z costs too much in each");
 }
 
-/// Accuracy may keep explicit steps well inside the region of stability where fast modes follow what moves
-/// slowly (HW §IV.15): nothing but a trial shows that implicit ones would be longer.
+/// Tries an implicit method where the explicit steps are well inside the region of stability. Accuracy can
+/// keep them there while fast modes follow a slow forcing (HW §IV.15); only a trial shows whether implicit
+/// steps would be longer.
 void MethodSelector::try_implicit() {
   constexpr double many = 150, dominant = 0.9, growing = 0.25, least = 0.3;
   constexpr long again = 12, later = 160;  // steps
@@ -196,7 +198,7 @@ void MethodSelector::try_implicit() {
   if (rival_.family || state_.plan.modes > 0 || steady_.count() < trial_.first || steps < trial_.next) return;
   const double dt = steady_.mean();
   trial_.next = steps + later;
-  const bool is_known = past_.per_time > 0 && past_.per_time * dt > 1;  // implicit ones were more work
+  const bool is_known = past_.per_time > 0 && past_.per_time * dt > 1;  // the implicit method took more work
   if (is_known || !may_become_explicit() || left() < many * dt) return;
   Stats unused;
   RhsSolver derivative(state_.problem, unused);
@@ -227,7 +229,7 @@ void MethodSelector::leave_implicit() {
   if (forecast_.is_less_work(left())) become_explicit(dt);
 }
 
-/// Many steps of a Rosenbrock method on a small model have been alike, and more are left.
+/// Have many steps of a Rosenbrock method on a small model been of similar size, with more to come?
 bool MethodSelector::would_raise_order() const {
   constexpr long enough = 60;
   constexpr double many = 100;

@@ -192,17 +192,17 @@ static bool has_high_index(const Plan& plan) {
   return std::any_of(plan.variable_index.begin(), plan.variable_index.end(), [](int i) { return i > 1; });
 }
 
-/// Explicit steps that cost as much as one of an implicit method, of a handful of unknowns.
-/// Measured: docs/performance.md.
+/// Cost of an implicit step in explicit steps, for a handful of unknowns. Measured: docs/performance.md.
 static double cost_of_step(const MethodFamily& implicit) {
   return &implicit == &family::rosenbrock ? 1.7 : 5;
 }
-constexpr double iterating = 5;  // times as much where every stage iterates for z
+constexpr double iterating = 5;  // factor where every stage iterates for z
 
-/// One real matrix per step pays unless the tolerance asks for the higher orders of Radau IIA; of large
-/// models, whose factorisations cost most, at somewhat tighter ones. Measured: docs/performance.md. Where
-/// equations contain t the order of rodas4 drops to 2 (Hairer & Wanner II, §IV.15), which costs more steps in
-/// models of moderate size than matrices cost; small models have rodas5p.
+/// Rosenbrock methods, with one real matrix per step, pay unless the tolerance calls for the higher orders of
+/// Radau IIA. The limit is somewhat tighter for large models, whose factorisations dominate. Measured:
+/// docs/performance.md. For equations that contain t the order of rodas4 drops to 2 (Hairer & Wanner II,
+/// §IV.15), and in models of moderate size the additional steps cost more than the matrices save; small
+/// models use rodas5p.
 const MethodFamily& implicit_family(const Problem& problem, const Method& method, const Plan& plan) {
   constexpr int large = 500;
   constexpr double loose = 2e-5, moderate = 0.99e-5;
@@ -224,8 +224,8 @@ double worth_explicit_steps(const MethodFamily& implicit, int unknowns) {
 
 namespace {
 
-/// The same where some variable has moved by a hundredth of the largest: species that are zero at the start
-/// hide the stiff eigenvalue of a reaction like y² (Robertson's), and show it a little later.
+/// The rates at a point where some variable has changed by a hundredth of the largest. Species that are zero
+/// at the start hide the stiff eigenvalue of a reaction like y² (Robertson's) and show it a little later.
 std::optional<Rates> rates_ahead(RhsSolver& derivative, const Point& start, double span, double harmless) {
   const double size = start.x.cwiseAbs().maxCoeff(), speed = start.xdot.cwiseAbs().maxCoeff();
   if (!(size > 0 && speed > 0)) return {};
@@ -236,19 +236,19 @@ std::optional<Rates> rates_ahead(RhsSolver& derivative, const Point& start, doub
   return rates(derivative, ahead, harmless);
 }
 
-/// Whether an implicit method would be faster from here on. Where something grows nearly as fast as other
-/// things decay, accuracy asks for small steps anyway. worth: explicit steps that stability may ask for until
-/// then. iterates: every evaluation of x′ takes an iteration for z, so that a stage of an explicit step costs
-/// as much as one of an implicit step.
+/// Would an implicit method be faster from here on? Where something grows nearly as fast as other components
+/// decay, accuracy requires small steps anyway. worth: number of explicit steps, limited by stability, up to
+/// which the explicit method is kept. iterates: every evaluation of x′ iterates for z, so that an explicit
+/// stage costs as much as an implicit one.
 bool is_stiff(const Rates& rates, double span, double worth, bool iterates) {
   constexpr double dominant = 4;
   const double steps = rates.damped * span / stability_limit;
   return steps > (iterates ? worth / iterating : worth) && rates.damped > dominant * rates.growing;
 }
 
-/// Whether a large model has modes so fast that following them would take very many steps,
-/// 2400/6 = 400 at the limit of stability for each unit of implicit_cost(). If they move, the implicit
-/// method shows it by short steps, and is left: the price is then small beside 400 steps. Chosen on a
+/// Does a large model have modes so fast that resolving them takes very many steps: 2400/6 = 400 at the
+/// limit of stability per unit of implicit_cost()? If these modes turn out to be excited, the implicit steps
+/// become short and the method is changed, at a price that is small compared with 400 steps. Chosen on a
 /// beam of 40 pieces (docs/performance.md).
 bool swings_fast(const Rates& rates, double span, int unknowns) {
   constexpr double many = 2400, dominant = 1.5;
@@ -256,8 +256,8 @@ bool swings_fast(const Rates& rates, double span, int unknowns) {
          rates.fastest > dominant * rates.growing;
 }
 
-/// Are the eigenvalues those of diffusion, for which Chebyshev methods are stable, and is the Jacobian so
-/// nearly symmetric that they say what becomes of errors?
+/// Are the eigenvalues those of diffusion, for which Chebyshev methods are stable, and is the Jacobian nearly
+/// symmetric, so that the eigenvalues determine the growth of errors?
 bool is_diffusion(Problem& problem, const Rates& rates, const Point& at) {
   // Eigenvalues with |λ| ≤ 1.05 |Re λ| are within 18° of the negative axis, along which the damped region of
   // stability is a strip.
@@ -275,14 +275,15 @@ bool is_diffusion(Problem& problem, const Rates& rates, const Point& at) {
   return (J - transposed).norm() <= normal * J.norm();
 }
 
-/// The implicit method that takes least work on a large model over an interval of the usual difficulty.
-/// BDF, which factorises seldom and real matrices only, for few digits alone: its errors are somewhat
-/// larger than those of the others. From 10⁻⁵ on rodas4 takes up to eight times as many steps as Radau
-/// IIA, most of them behind fronts.
+/// The implicit method with the least work on a large model over an interval of usual difficulty. BDF, with
+/// few factorisations, all of them real, competes for few digits only, since its errors are somewhat larger.
+/// Rosenbrock methods compete for loose tolerances: from 10⁻⁵ on rodas4 takes up to eight times as many steps
+/// as Radau IIA, most of them behind fronts.
 Rival cheapest_implicit(const Problem& problem, const Method& method, const Plan& plan,
                         const StepWork& work) {
   constexpr double few_digits = 5e-5, loose = 2e-5;
-  constexpr double clearly = 1.3;  // bdf errs by half a digit more, which costs 3.7^0.2 of usual_bdf_steps()
+  // bdf errors are half a digit larger, which costs 3.7^0.2 of usual_bdf_steps()
+  constexpr double clearly = 1.3;
   const double rtol = tightest(plan);
   Rival rival{&family::radau, work.radau_step(rtol), 0, usual_radau_steps(rtol)};
   if (rtol >= loose && &implicit_family(problem, method, plan) == &family::rosenbrock)
@@ -293,13 +294,14 @@ Rival cheapest_implicit(const Problem& problem, const Method& method, const Plan
   return rival;
 }
 
-/// The method of a large model that stability would force an explicit one to take many steps
-/// on: the work of each, counted.
+/// Chooses the method for a large model on which stability would force many explicit steps, by an estimate of
+/// the work of each method.
 std::optional<Choice> counted_choice(Problem& problem, const Method& method, const Plan& plan,
                                      const Point& start, const Rates& rates, double span) {
   constexpr double many = 25, dominant = 4, loosest_digits = 0.99e-5;
-  constexpr double clearly = 2;  // rkc reaches a digit less, which costs 10^(1/3) times the steps: order 2
-  constexpr int stages = 12;     // of dop853
+  // rkc is a digit less accurate, which costs 10^(1/3) times the steps at order 2
+  constexpr double clearly = 2;
+  constexpr int stages = 12;  // of dop853
   const double steps = rates.damped * span / stability_limit, rtol = tightest(plan);
   if (steps < many || rates.damped <= dominant * rates.growing) return {};
   const auto work = StepWork::of(problem);
@@ -323,8 +325,8 @@ std::optional<Choice> counted_choice(Problem& problem, const Method& method, con
                 "explicit: stability limits the steps, and they cost less than implicit ones", rival};
 }
 
-/// The problem whose eigenvalues are computed: of a large model that is at rest almost everywhere, a part,
-/// which may grow to four times what moves at the start.
+/// The problem whose eigenvalues are computed. Of a large model that is at rest almost everywhere it is a
+/// part, at most four times the part that moves at the start.
 std::pair<ProblemPtr, Point> probed(const ProblemPtr& problem, const Point& start,
                                     const DependencyGraph* couplings) {
   constexpr int enough = 500;
@@ -374,10 +376,12 @@ Choice choose(const ProblemPtr& whole, const Method& method, const Plan& plan, c
     return {&family::radau, nullptr, "x′ and z do not follow from t and x at the start"};
   const double span = plan.to - plan.from;
   const int size = problem->n() + problem->m();
-  const bool iterates = !derivative.is_linear() && plan.modes == 0;  // else few: branches are often linear
+  // with modes few iterations are needed: branches are often linear
+  const bool iterates = !derivative.is_linear() && plan.modes == 0;
   const MethodFamily& implicit = implicit_family(*whole, method, plan);
   const double worth = worth_explicit_steps(implicit, size);
-  const bool stiffness_alone = size <= StepWork::small && !problem->has_dense_jacobian();  // is asked for
+  // the only criterion
+  const bool stiffness_alone = size <= StepWork::small && !problem->has_dense_jacobian();
   const double harmless = stiffness_alone ? stability_limit * worth / (iterates ? iterating : 1) / span : 0;
   const auto here = rates(derivative, at, harmless);
   if (!here) return {&family::radau, nullptr, "no eigenvalues of ∂x′/∂x were found at the start"};
@@ -410,7 +414,7 @@ ExplicitWork explicit_work(const ProblemPtr& problem, const Method& method, cons
   if (method.explicit_choice.empty()) return {};
   const double stages = explicit_pair_for(method, plan)->stages();
   if (problem->is_ode()) return {stages};
-  constexpr double solving = 2, factorising = 4;  // passes
+  constexpr double solving = 2, factorising = 4;  // cost in passes
   Stats unused;
   const RhsSolver derivative(problem, unused);
   if (derivative.is_linear()) return {(derivative.has_constant_matrix() ? solving : factorising) * stages};

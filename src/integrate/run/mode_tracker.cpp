@@ -50,7 +50,7 @@ void ModeTracker::begin(const Point& point, const Crossings& crossed) {
         uniqueness_.at(derivative(), state_.stepper().here(), state_.plan.tolerances));
 }
 
-/// On the border of a branch that is never held fixed, since a root depends on it.
+/// Is the point on the border of a branch that is never frozen, because a root depends on it?
 bool ModeTracker::on_unfrozen_border(const Point& point, const Crossings& crossed) {
   const auto is_one = [](const Event& e) { return e.surface && e.modes.empty() && e.leaves < 0; };
   if (std::none_of(events().begin(), events().end(), is_one)) return false;
@@ -60,8 +60,8 @@ bool ModeTracker::on_unfrozen_border(const Point& point, const Crossings& crosse
   return false;
 }
 
-/// Behind √|g| = 0 no error estimate has an order, and those of high order see the root least. A step in
-/// which x′ changes x by a tolerance only; 0 where any step does.
+/// Step size after √|g| = 0, where error estimates have no order and those of high order miss the root. In
+/// such a step x′ changes x by a tolerance only; 0 if no limit is needed.
 double ModeTracker::step_beside_root(const Point& point) {
   constexpr double longest = 1e-2;  // of the interval
   constexpr int decades = 12;
@@ -118,8 +118,9 @@ void ModeTracker::begin_in_some_mode(Point point, const Crossings& crossed) {
   throw chattering(events()[changed.empty() ? crossed.front().which : changed.back()]);
 }
 
-/// A crossing is located to the tolerance of Newton's method: z solved for anew, in either branch, may still
-/// be on the side it comes from. Where the equations are continuous it then goes on in its direction.
+/// A crossing is located to the tolerance of Newton's method, so that z solved for again, in either branch,
+/// may still be on the old side. Where the equations are continuous, the solution continues in the direction
+/// of the crossing.
 bool ModeTracker::pass(const Crossings& crossed, const std::vector<int>& changed) {
   bool any = false;
   for (const auto& crossing : crossed) {
@@ -131,11 +132,11 @@ bool ModeTracker::pass(const Crossings& crossed, const std::vector<int>& changed
   return any;
 }
 
-/// False where every choice of modes leads to another one; `changed`: the surfaces that disagree.
+/// False if every choice of modes leads to another one. `changed`: the surfaces that disagree.
 bool ModeTracker::try_modes(Point point, const Crossings& crossed, std::vector<int>& changed) {
   Stepper& stepper = state_.stepper();
   start_finder(point, crossed);
-  bool across = false;  // the point is one whose sides have to be taken over first
+  bool across = false;  // the values at the point come from AcrossBorders, and their sides are adopted first
   for (std::size_t k = 0; k < 2 * borders_.size() + 2; ++k) {
     changed = set_modes(k == 0 || across ? point : Point(stepper.here()), crossed);
     if (k > 0 && !across && changed.empty()) return true;
@@ -163,7 +164,7 @@ RhsSolver& ModeTracker::derivative() {
   return *derivative_;
 }
 
-/// The slope of a border behind a point, to a time that is a share of the run.
+/// The mean slope of a border function after a point, over a share of the run.
 double ModeTracker::slope_ahead(int which, const Point& point, double share) {
   RhsSolver& derivative = this->derivative();
   Point ahead = point;
@@ -176,14 +177,14 @@ double ModeTracker::slope_ahead(int which, const Point& point, double share) {
   return state_.finder.slope_between(which, point, ahead);
 }
 
-/// The side on which a solution goes on that is on a surface and does not leave it to
-/// first order: where x″ takes it.
+/// The side on which a solution continues that lies on a surface and does not leave it to first
+/// order; x″ decides.
 double ModeTracker::side_ahead(int which, const Point& point) {
   const double slope = slope_ahead(which, point, 1e-6);
   return (slope > 0) - (slope < 0);
 }
 
-/// Writes the modes of all sides into the problem; which surfaces have changed theirs.
+/// Writes the modes of all sides into the problem; returns the surfaces whose modes have changed.
 std::vector<int> ModeTracker::set_modes(const Point& point, const Crossings& crossed) {
   std::vector<double> sides(borders_.size(), 0.0);
   for (std::size_t i = 0; i < sides.size(); ++i) sides[i] = state_.finder.side(static_cast<int>(i));
@@ -216,7 +217,7 @@ void ModeTracker::use(const std::vector<double>& sides) {
 }
 
 bool ModeTracker::differ() const {
-  constexpr double outside = -1e-6;  // of a weight in [0, 1]
+  constexpr double outside = -1e-6;  // for a weight in [0, 1]
   for (const Border& border : borders_)
     if (border.treatment == Treatment::sliding && border.exits >= 0)
       for (int k : {0, 1})
@@ -230,8 +231,7 @@ bool ModeTracker::differ() const {
   return false;
 }
 
-/// Whether the solution with the branch of one side goes to the other one, at a speed
-/// that can be told from rounding.
+/// Does the solution with the branch of one side lead to the other side, at a speed above rounding?
 bool ModeTracker::leads_to(int which, const Point& point, int other, int side) {
   const std::vector<double> in_force = modes_;
   const auto use_modes = [&] {
@@ -273,13 +273,14 @@ bool ModeTracker::is_continuous(const Crossings& crossed) const {
   });
 }
 
-/// Borders that are crossed too often are integrated through where the slopes agree, too. Kinks are not: the
-/// error estimate of a long step does not see one that lies between two of its stages, and a rectifier that
-/// blocks and conducts once in a step of high order loses all digits. (Kinks that the solution crosses by
-/// rounding alone accumulate: ZenoDetector.)
+/// Thaws smooth borders that are crossed too often, so that the run integrates through them. Kinks stay
+/// frozen: the error estimate does not detect a kink between two stages of a long step, and a rectifier that
+/// blocks and conducts once within a step of high order loses all digits. (For kinks that the solution
+/// crosses by rounding alone see ZenoDetector.)
 void ModeTracker::count(const Crossings& crossed, const Point& point) {
-  constexpr long quick = 2;  // steps between two crossings: the restart at one of them was of no use
-  constexpr long often = 6;  // in a row: fewer happen by chance where a solution oscillates about a border
+  constexpr long quick = 2;  // steps between two crossings, for which the restart at the first was useless
+  // consecutive quick crossings; fewer occur by chance where a solution oscillates about a border
+  constexpr long often = 6;
   const long steps = state_.stats().steps;
   Crossings much;
   bool smooth = true;
@@ -294,7 +295,7 @@ void ModeTracker::count(const Crossings& crossed, const Point& point) {
     else if (border.quick >= often)
       much.push_back(crossing);
   }
-  constexpr long enough = 40;  // crossings: fewer cost little in any case
+  constexpr long enough = 40;  // fewer crossings cost little
   if (smooth && is_continuous(crossed) && ++crossings_ >= enough && 4 * crossings_ > steps)
     thaw_all(point, Smoothness::smooth);
   else if (!much.empty())
@@ -326,7 +327,7 @@ bool ModeTracker::thaw_one(int which, const Point& point) {
   return true;
 }
 
-/// By surface.
+/// The treatment of every surface, by surface number.
 std::vector<Treatment> ModeTracker::treatments() const {
   std::vector<Treatment> treatment(borders_.size(), Treatment::frozen);
   for (std::size_t i = 0; i < borders_.size(); ++i)
@@ -334,7 +335,7 @@ std::vector<Treatment> ModeTracker::treatments() const {
   return treatment;
 }
 
-/// The run goes on with equations in which every border is treated as it is now.
+/// Rebuilds the equations for the present treatment of every border and continues with them.
 void ModeTracker::rebuild(const Point& point) {
   bool any = false;
   for (std::size_t i = 0; i < borders_.size(); ++i) {

@@ -1,4 +1,4 @@
-// The borders along which a solution slides: when it begins, and when one of the sides takes it.
+// Borders along which a solution slides: when sliding begins, and on which side it ends.
 #include <algorithm>
 #include <cmath>
 
@@ -32,11 +32,11 @@ bool ModeTracker::slide(int which, Point& point) {
   return true;
 }
 
-/// About √|s| sign(s) = 0 rounding of s becomes errors of 10⁻⁸ in x′: the solution oscillates for ever,
-/// in steps that are a millionth of what they were. An attempt costs a form of the equations, so that
-/// they are made ever more rarely.
+/// Begins to slide where the steps have become tiny. Near √|s| sign(s) = 0 a rounding error of s becomes an
+/// error of 10⁻⁸ in x′, and the solution oscillates forever in steps a millionth of the usual size. An
+/// attempt has to rebuild the equations, so the intervals between attempts are doubled.
 bool ModeTracker::slide_where_creeping() {
-  constexpr double slow = 1e-5;  // of the interval, a step
+  constexpr double slow = 1e-5;  // of the interval per step
   for (std::size_t i = 0; i < borders_.size(); ++i)
     if (events()[i].surface && events()[i].smoothness == Smoothness::open)
       borders_[i].farthest = std::max(borders_[i].farthest, std::fabs(state_.finder.values()[i]));
@@ -57,10 +57,11 @@ bool ModeTracker::slide_where_creeping() {
   return tries;
 }
 
-/// The solution moves from a point onto borders by no more than its errors. Where a root of s is in the
-/// equations, an error of s is one of its root in x′, and s alone tells: it has stayed near for long.
+/// Does moving the point onto the borders change it by no more than its errors? If the equations contain a
+/// root of s, that criterion fails (an error of s is magnified to its root in x′), and it is enough that s
+/// has stayed small since the last attempt.
 bool ModeTracker::is_near(const std::vector<int>& borders, const Point& point, const Point& there) const {
-  constexpr double errors = 10;  // tolerances: of a few steps
+  constexpr double errors = 10;  // tolerances, for the errors of a few steps
   const Tolerances& tolerances = state_.plan.tolerances;
   const Vec allowed = errors * (tolerances.atol + tolerances.rtol.cwiseProduct(point.x.cwiseAbs()));
   const std::vector<Expr>& x = state_.problem->model().x;
@@ -82,7 +83,7 @@ bool ModeTracker::slide_where_crossed(const Point& point, bool near) {
   return slide_along_one_of(recent, point, near);
 }
 
-/// Along all of them, or one.
+/// Slides along all candidates or, failing that, along one.
 bool ModeTracker::slide_along_one_of(const std::vector<int>& candidates, const Point& point, bool near) {
   const auto slides = [&](const std::vector<int>& which) {
     Point there = point;
@@ -113,7 +114,8 @@ void ModeTracker::release(int which, int side, double t) {
 }
 
 bool ModeTracker::has_just_left(const EventFinder::Hit& hit) {
-  constexpr double behind = 1e-3;  // of the step: along a tangent 10⁻⁶ of its way from the border
+  // of the step; on a tangent the solution is then 10⁻⁶ of its deviation from the border
+  constexpr double behind = 1e-3;
   const Point &from = state_.view.from, &to = state_.view.to;
   if (hit.t - from.t > behind * (to.t - from.t)) return false;
   return std::all_of(hit.list.begin(), hit.list.end(), [&](const EventFinder::Crossing& crossing) {
@@ -124,8 +126,8 @@ bool ModeTracker::has_just_left(const EventFinder::Hit& hit) {
   });
 }
 
-/// The borders whose μ is not in [0, 1] where the stepper stands, or leaves it there, and the
-/// sides to which the solution leaves.
+/// Sliding borders whose μ is outside [0, 1] at the present point, or leaves it there, with the side to which
+/// the solution leaves.
 std::vector<std::pair<int, int>> ModeTracker::outside() const {
   constexpr double rounding = 1e-9;
   std::vector<std::pair<int, int>> result;
@@ -147,9 +149,9 @@ std::vector<std::pair<int, int>> ModeTracker::outside() const {
   return result;
 }
 
-/// Positive while μ > 0 and while μ < 1. Of μ = a/b without the quotient, which has a pole where
-/// both sides become alike: dry friction lets go while its normal force falls to 0, and two
-/// signs have changed behind that.
+/// Functions that are positive while μ > 0 and while μ < 1. For μ = a/b they avoid the quotient, which has
+/// a pole where both sides coincide: when the normal force of dry friction falls to 0, a and b change
+/// their signs together.
 static std::pair<Expr, Expr> bounds(Expr weight, const std::unordered_map<Expr, double>& values) {
   const bool negative = weight.op() == Op::neg;
   const Expr quotient = negative ? weight.operand(0) : weight;
@@ -160,7 +162,8 @@ static std::pair<Expr, Expr> bounds(Expr weight, const std::unordered_map<Expr, 
   return now > 0 ? std::pair(a, b - a) : std::pair(-a, a - b);
 }
 
-/// Two events for every border that slides: μ < 0 and μ > 1. They keep their places when it no longer does.
+/// Adds two events for every sliding border: μ < 0 and μ > 1. They keep their numbers after
+/// sliding has ended.
 void ModeTracker::renew_exits(const std::unordered_map<Expr, double>& values) {
   std::vector<Event>& list = state_.plan.events.list;
   const std::size_t before = list.size();

@@ -9,7 +9,7 @@
 
 namespace pendula::integrate {
 
-/// exp, sin …, and powers whose exponents are not numbers.
+/// True for exp, sin …, and powers with symbolic exponents.
 static bool calls_function(Expr e) {
   if (e.op() < first_op || e.op() >= end_op || code_kind(e.op()) == CodeKind::direct) return false;
   return e.op() != Op::pow || !e.operand(1).is_constant();
@@ -21,15 +21,15 @@ std::optional<StepWork> StepWork::of(const Problem& problem) {
 }
 
 std::optional<StepWork> StepWork::count(const Problem& problem) {
-  constexpr double full = 0.3;  // of the entries: dense elimination
+  constexpr double full = 0.3;  // share of nonzero entries from which elimination is dense
   const int n = problem.n();
   if (!problem.is_ode() || problem.m() > 0 || n <= small || problem.has_dense_jacobian()) return {};
   std::vector<Position> positions;
   for (const Problem::Entry& e : problem.pattern())
     positions.push_back({e.row, e.column < n ? e.column : e.column - n});
   const auto band = BandOrder::find(n, positions);
-  // Of a grid: a row with its four neighbours; stencils that reach farther, and several unknowns a point,
-  // make separators wider in proportion.
+  // Separator width of a grid whose rows couple to four neighbours; larger stencils and several unknowns per
+  // point widen it in proportion.
   const double neighbours = static_cast<double>(positions.size()) / n - 1;
   double width = band ? band->below : std::sqrt(n) * std::max(1.0, neighbours / 4);
   if (static_cast<double>(positions.size()) > full * n * n) width = n / 2.0;
@@ -44,8 +44,8 @@ double StepWork::radau_step(double rtol) const {
   return n_ * (540 + 55 * width_) + 13 * operations_ + 100 * calls_;
 }
 
-/// The size of steps that the error allows: 3 rtol^(-1/3) steps; stages from the stability of RKC, 0.65 s²
-/// (Sommeijer, Shampine & Verwer 1998).
+/// Accuracy determines the number of steps, 3 rtol^(-1/3); the stability of RKC, 0.65 s², determines the
+/// stages (Sommeijer, Shampine & Verwer 1998).
 double StepWork::chebyshev_run(const Rates& rates, double span, double rtol) const {
   const double steps = 3 / std::cbrt(rtol), stages = std::sqrt(1 + 1.5 * rates.damped * span / steps);
   return steps * (230 + 6 * n_ + stages * evaluation());

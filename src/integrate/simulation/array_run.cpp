@@ -23,11 +23,13 @@ namespace {
 using Index = Eigen::Index;
 using Values = std::unordered_map<Expr, double>;
 
-constexpr double worn = 0.1;  // regularity beside that of the first step: the rows are chosen again
+// regularity relative to that of the first step below which the rows are chosen again
+constexpr double worn = 0.1;
 constexpr long most_choices = 10'000;
-constexpr double barely = 1e-3;  // of a run: what rows that broke have to reach for being taken once more
+// of the run: progress that failed rows must have made to be chosen once more
+constexpr double barely = 1e-3;
 
-/// How regular the Jacobian of the chosen rows is, in the units that it had at the first point asked for.
+/// The reciprocal condition number of the Jacobian of the chosen rows, scaled as at the first point.
 class Regularity {
  public:
   Regularity(const dae::ModelPtr& model, const Simulation& simulation)
@@ -47,7 +49,7 @@ class Regularity {
     if (J.size() == 0 || !J.allFinite()) return 0;
     if (!std::exchange(measured_, true)) measure(J);
     const double rcond = Eigen::PartialPivLU<Mat>(Mat(row_.asDiagonal() * J * column_.asDiagonal())).rcond();
-    return std::isfinite(rcond) ? rcond : 0;  // a pivot that is 0 leaves no number
+    return std::isfinite(rcond) ? rcond : 0;  // a zero pivot gives NaN
   }
 
  private:
@@ -100,14 +102,14 @@ class ArrayRun {
                             : std::nullopt;
       if (k == 0 && model == first_ && !simulation_.plan.times && outcome.ending != Ending::stop_when &&
           (!next || *next == model))
-        return trajectory;  // as it is, with its steps for adjoints
+        return trajectory;  // unchanged, with its steps for adjoints
       if (!next && outcome.ending == Ending::stop_when) {
         if (!keeps(model, part)) {
           outcome =
               stopped_at(done.t().back(), "no other rows of the derivative array determine the solution");
           break;
         }
-        watches_ = false;  // the rows in use to their end, which says why
+        watches_ = false;  // continue with the present rows until they fail, so that the message tells why
         continue;
       }
       if (!next) break;
@@ -146,9 +148,9 @@ class ArrayRun {
     return trajectory;
   }
 
-  /// Rows that were chosen elsewhere may determine the unknowns at the start only together with the constants
-  /// that took the place of open derivatives: those of a moving mechanism at rest. Regular they are then, and
-  /// wrong. The last choices are kept: a loop begins again and again there.
+  /// Chooses the rows for the start. Rows that were chosen at another point may determine the unknowns here
+  /// only together with the constants that replaced open derivatives, as for a moving mechanism at rest: they
+  /// are regular but wrong. The last choices are cached for loops that start again and again at one point.
   dae::ModelPtr chosen_for_start(Simulation& part) const {
     constexpr std::size_t few = 8;
     using Key = std::pair<dae::ModelPtr, dae::ConsistentStatePtr>;
@@ -176,14 +178,14 @@ class ArrayRun {
 
   double length() const { return simulation_.plan.to - simulation_.plan.from; }
 
-  /// The same rows of the derivative array and the same states; the constants in the rows may be others.
+  /// Do both use the same rows of the derivative array and the same states? Constants in the rows may differ.
   static bool has_rows_of(const dae::Model& model, const dae::Model& other) {
     return model.states() == other.states() &&
            std::equal(model.blocks.begin(), model.blocks.end(), other.blocks.begin(), other.blocks.end(),
                       [](const dae::Block& a, const dae::Block& b) { return a.note == b.note; });
   }
 
-  /// Other rows may have the same states.
+  /// Records a change of the states; other rows may have the same ones.
   void tell_states(const dae::Model& before, double from, const dae::Model& next, double t) {
     const std::string old = dae::grouped_names(before.states()), now = dae::grouped_names(next.states());
     if (old == now) return;
@@ -191,8 +193,7 @@ class ArrayRun {
     whole_.solution().add_states({t, now});
   }
 
-  /// The rows that suit a point of a run with other ones, and the start there in
-  /// `part`; nothing where there are none.
+  /// Chooses rows for a point of a run with other rows and sets the start in `part`; empty if there are none.
   std::optional<dae::ModelPtr> chosen_anew(const dae::ModelPtr& before, const Problem& problem,
                                            const Point& end, Simulation& part) const {
     dae::ReduceOptions options;
@@ -210,7 +211,7 @@ class ArrayRun {
     }
   }
 
-  /// The start in `part` where the last piece has ended, with the same rows.
+  /// Sets the start in `part` to the end of the last piece, with the same rows.
   bool keeps(const dae::ModelPtr& model, Simulation& part) {
     const Solution& solution = *whole_.pieces().last().solution;
     const Point end = solution.final();
@@ -225,8 +226,8 @@ class ArrayRun {
     }
   }
 
-  /// By the names of the source and by those of the form: v_x of a model of second order is x′ there. Nothing
-  /// of the start of the run, which is long past, but parameters and the like.
+  /// Values by the names of the source and by those of the form, which may differ: v_x of a second-order
+  /// model is x′ there. From the start of the run only parameters and other constants are taken.
   Values values_at(const dae::Model& model, const Problem& problem, const Point& end) const {
     Values values;
     for (const auto& [leaf, value] : simulation_.start->values)
@@ -255,7 +256,7 @@ class ArrayRun {
   dae::ModelPtr source_;
   SolutionInParts whole_;
   bool switched_ = false;
-  bool watches_ = true;  ///< whether a piece ends where its rows have lost most of their regularity
+  bool watches_ = true;  ///< whether a piece ends when its rows have lost most of their regularity
 };
 
 }  // namespace

@@ -30,19 +30,19 @@ dae::PointValues values_at(const Problem& problem, const dae::ConsistentState& s
   return values;
 }
 
-/// The end of a run that was stopped where branches meet, by Taylor polynomials from a regular point before
-/// it: its last steps may have changed the branch already, or may end before the point.
+/// Computes, by Taylor polynomials from a regular point, the end of a run that was stopped where branches
+/// meet. The last steps of the run may already be on another branch or end before that point.
 class Approach {
  public:
   Approach(const dae::Model& model, const Problem& problem, const Simulation& simulation)
       : model_(model), problem_(problem), simulation_(simulation) {}
 
-  /// stop: where the run says that it has stopped. back: how far before it the regular point lies, as part of
-  /// the time since the start of the piece. Returns why the point was not found, or "".
+  /// stop: the reported stopping time. back: distance of the regular point before it, as a share of the time
+  /// since the start of the piece. Returns why the point was not found, or "".
   std::string follow(const Solution& piece, double stop, int most_steps, double back = 0.02) {
     constexpr double beyond = 0.05;  // of the time since the start of the piece, and of the run
-    constexpr double failed = 2;     // steps such as the last: one of them may have failed at the point
-    constexpr std::size_t affordable = 12;  // unknowns: derivatives of high order are written out
+    constexpr double failed = 2;     // in steps of the last size, one of which may have failed at the point
+    constexpr std::size_t affordable = 12;  // unknowns; derivatives of high order are formed symbolically
     if (model_.variables.size() > affordable || !model_.inputs.empty())
       return "the model is too large for that";
     measure(piece);
@@ -70,7 +70,7 @@ class Approach {
     return "too many steps";
   }
 
-  /// As follow(), of a run that begins where branches meet.
+  /// As follow(), for a run that begins where branches meet.
   std::string stand_at(const Solution& piece) {
     measure(piece);
     steps_.clear();
@@ -79,7 +79,7 @@ class Approach {
 
   const std::vector<dae::WayOn>& ways() const { return ways_; }
   const std::vector<dae::WayExpansion>& expansions() const { return expansions_; }
-  /// The polynomials up to the point, each with its end; none where the run begins there.
+  /// The polynomials up to the point, each with its end; empty if the run begins there.
   const std::vector<std::pair<dae::WayExpansion, double>>& steps() const { return steps_; }
   double meeting() const { return steps_.back().second; }
   const dae::WayExpansion& arrived() const { return arrived_; }
@@ -89,15 +89,16 @@ class Approach {
     return size > 0 ? size : 1;
   }
 
-  /// The largest value of an unknown or a derivative of first order so far; 0 where none is known.
+  /// The largest value so far of an unknown or a first derivative; 0 if unknown.
   double size_so_far(Expr leaf) const {
     const auto it = sizes_.find(leaf);
     return it != sizes_.end() ? it->second : 0;
   }
 
-  /// How far a polynomial serves; 0: not far enough to leave the point.
+  /// The distance over which a polynomial is accurate; 0 if it is too short to leave the point.
   double distance_of(const dae::WayExpansion& way) const {
-    constexpr double share = 0.1, first = 0.05, least = 1e-6;  // of the tolerance; of the interval
+    // of the tolerance; of the interval; of the interval
+    constexpr double share = 0.1, first = 0.05, least = 1e-6;
     const double rtol = usual_rtol(simulation_);
     const double interval = simulation_.plan.to - simulation_.plan.from;
     const auto serves = [&](double distance) {
@@ -118,7 +119,7 @@ class Approach {
         sizes_[leaf] = std::max(sizes_[leaf], std::fabs(value));
   }
 
-  /// Where derivatives tell of no way, the solution that arrives may be one.
+  /// If the derivatives at the point determine no continuation, the arriving solution may be one itself.
   std::string arrived_at(dae::PointValues here, double meeting) {
     std::string why = at_meeting(here);
     if (!ways_.empty()) return why;
@@ -146,7 +147,7 @@ class Approach {
   const Simulation& simulation_;
   dae::PointValues sizes_;
   std::vector<std::pair<dae::WayExpansion, double>> steps_;
-  dae::WayExpansion arrived_;  ///< the last of them
+  dae::WayExpansion arrived_;  ///< the last expansion before the point
   std::vector<dae::WayOn> ways_;
   std::vector<dae::WayExpansion> expansions_;
 };
@@ -197,7 +198,7 @@ class BranchRun {
   }
 
  private:
-  /// Where the method cannot take a step from the start, since branches meet there.
+  /// Continues a run whose start is a branch point, so that the method cannot take a step.
   std::string go_on_from_start() {
     const auto point = std::make_shared<Solution>(problem_);
     point->save(start_point(*problem_, simulation_));
@@ -206,7 +207,7 @@ class BranchRun {
     return go_on(*point);
   }
 
-  /// Beyond the point where a piece has stopped; why not, if that is not possible.
+  /// Continues beyond the end of a piece; returns why that is not possible, or "".
   std::string go_on(const Solution& piece) {
     const bool begins = piece.t().back() == piece.t().front() && whole_.pieces().is_one();
     if (const std::string why =
@@ -222,7 +223,7 @@ class BranchRun {
     return begin_at(way, std::min(way.t + distance, simulation_.plan.to), piece.t().back());
   }
 
-  /// The way whose polynomial is that of the solution up to here.
+  /// The continuation that agrees with the polynomial of the solution so far.
   std::optional<std::size_t> smooth(std::string& why) const {
     constexpr double clearly = 0.1;
     if (approach_.steps().empty()) {
@@ -248,10 +249,10 @@ class BranchRun {
     return clear_least(miss, clearly, "which of them goes on smoothly is not clear", why);
   }
 
-  /// The way with the derivatives that were asked for, which may be given roughly: to a tenth.
+  /// The continuation with the requested derivatives, to which a tolerance of a tenth is granted.
   std::optional<std::size_t> asked_for(std::string& why) const {
     constexpr double roughly = 0.1, clearly = 0.5,
-                     rounding = 1e-6;  // the last: of what the value has been before
+                     rounding = 1e-6;  // the last: relative to the largest value so far
     const auto& ways = approach_.ways();
     std::vector<double> miss(ways.size(), 0);
     for (const auto& [leaf, value] : simulation_.branch->derivatives) {
@@ -300,7 +301,7 @@ class BranchRun {
     return static_cast<std::size_t>(best - miss.begin());
   }
 
-  /// Prepares the next piece from a time on the way; what lies before it is polynomials.
+  /// Prepares the next piece from a time on the continuation; the solution up to it is given by polynomials.
   std::string begin_at(const dae::WayExpansion& way, double to, double reached) {
     dae::StartRequest request;
     request.t = to;
@@ -329,7 +330,7 @@ class BranchRun {
   }
 
   void add_polynomial(const dae::WayExpansion& way, double from, double to) {
-    constexpr Eigen::Index count = 9;  // Chebyshev points: more than the polynomial has terms
+    constexpr Eigen::Index count = 9;  // Chebyshev points: more than the coefficients of the polynomial
     const auto leaves = leaves_of(*problem_);
     const auto values = [&](double t) {
       const auto at = way.at(t);
@@ -363,7 +364,7 @@ class BranchRun {
   Approach approach_;
 };
 
-/// x′ = f(t, x): where f has no value, no solution goes on.
+/// Is the model x′ = f(t, x)? Then no solution continues where f is undefined.
 bool is_explicit(const dae::Model& model) {
   if (!model.algebraic().empty()) return false;
   const std::vector<Expr> top = model.top_derivatives();
@@ -371,10 +372,10 @@ bool is_explicit(const dae::Model& model) {
   return std::none_of(slopes.begin(), slopes.end(), [](const Entry& e) { return varies(e.value); });
 }
 
-/// Some x′ is so much larger than the change of its x so far that no solution goes on, x = √(1 - 2 t) at 1/2,
-/// or some z than it was just before, z = 1/(1 - t) at 1.
+/// Is the end a pole? Some x′ is very large relative to the change of x so far, like x = √(1 - 2 t) at 1/2,
+/// or some z relative to its values shortly before, like z = 1/(1 - t) at 1.
 bool is_pole(const Solution& solution, const Point& end) {
-  constexpr double beyond = 1e5, before = 0.02;  // the last: of the time since the start
+  constexpr double beyond = 1e5, before = 0.02;  // the last: share of the time since the start
   const Point start = solution.point(0);
   for (Eigen::Index i = 0; i < end.xdot.size(); ++i) {
     const double size = std::max(std::fabs(start.x[i]), std::fabs(end.x[i]));
@@ -394,13 +395,13 @@ std::string ways_on_text(const dae::ModelPtr& model, const Simulation& simulatio
   Approach approach(*model, solution.problem(), simulation);
   std::vector<dae::WayOn> ways;
   std::string where = "there";
-  for (const double back : {0.02, 0.2, 0.5}) {  // the last steps may be on no branch
+  for (const double back : {0.02, 0.2, 0.5}) {  // the last steps may be off all branches
     try {
       if (!approach.follow(solution, point.t, 40, back).empty()) continue;
       ways = approach.ways();
       if (!here) where = "where they meet, at t = " + rounded(approach.meeting(), 6) + ",";
       break;
-    } catch (const UserFacing&) {  // nothing is known about a point beside it
+    } catch (const UserFacing&) {  // this regular point gives no information
     }
   }
   const bool arrived = !ways.empty();

@@ -23,13 +23,13 @@ namespace {
 
 using Index = Eigen::Index;
 
-// Of the best choice: errors in the kept constraints become ten times the errors in the motion that the best
-// would make. A switch makes a model, milliseconds.
+// Quality relative to the best choice below which the constraints are chosen again: the kept ones multiply
+// errors by ten compared with the best. Switching takes milliseconds, for a new model.
 constexpr double much_worse = 0.1;
-constexpr double hardly = 0.03;  // steps become short, and end, from here on
+constexpr double hardly = 0.03;  // steps become short from here on and finally fail
 constexpr long most_rekeepings = 10'000;
 
-/// What lagrange or independent() made, of which the model is a form; null where it is none.
+/// The model made by lagrange or independent() of which the given one is a form; null if there is none.
 dae::ModelPtr mechanism_of(const dae::ModelPtr& model) {
   dae::ModelPtr source = model;
   while (source && !((source->mechanics || source->dependent) && source->form.empty()))
@@ -37,7 +37,7 @@ dae::ModelPtr mechanism_of(const dae::ModelPtr& model) {
   return source;
 }
 
-/// What other choices of constraints are made from, with the parameter values of the form.
+/// The model from which constraints are chosen, with the parameter values of the form.
 dae::ModelPtr mechanism_with_values(const dae::ModelPtr& model) {
   const dae::ModelPtr made = mechanism_of(model), source = made->mechanics ? made : made->dependent;
   dae::ParameterValues values;
@@ -55,7 +55,7 @@ std::vector<Index> kept_in(const dae::Model& made, const dae::DependentConstrain
   return kept;
 }
 
-/// Of a run that cannot choose others, and why.
+/// The message of a run that cannot choose other constraints; `why` is the reason.
 std::string dependent_text(const dae::Model& made, const dae::DependentConstraints& all,
                            const std::vector<Index>& kept, const std::string& why) {
   std::vector<std::string> names;
@@ -67,7 +67,7 @@ std::string dependent_text(const dae::Model& made, const dae::DependentConstrain
               ", become dependent here, where all together hold the motion. ", why);
 }
 
-/// How much worse than the best the gradients of the kept constraints determine the motion.
+/// Compares how well the gradients of the kept constraints determine the motion with the best choice.
 class KeptMonitor {
  public:
   KeptMonitor(dae::DependentConstraints all, std::vector<Index> kept, const dae::ModelPtr& model,
@@ -80,16 +80,16 @@ class KeptMonitor {
     kernel_ = codegen::Kernel(values, problem_->arguments());
   }
 
-  /// False, too, where all gradients together lose their rank: no choice helps there.
+  /// False also where all gradients together lose their rank, since no choice is better there.
   bool is_much_worse(const Point& point, double share = much_worse) {
     return quality(point).value_or(1) < share * chosen_;
   }
 
-  /// The kept ones were chosen there, in another metric perhaps: what is much worse is so beside this.
+  /// Sets the reference quality: the constraints may have been chosen in another metric.
   void begin(const Point& point) { chosen_ = std::min(1.0, quality(point).value_or(1)); }
 
  private:
-  /// Beside that of the best choice; nothing where that does not hold the motion.
+  /// Quality relative to the best choice; empty where the best one does not determine the motion either.
   std::optional<double> quality(const Point& point) {
     constexpr double singular = 1e-6;
     const Mat J = gradients(point);
@@ -103,8 +103,9 @@ class KeptMonitor {
     return least_singular(J(kept_, Eigen::all)) / reachable;
   }
 
-  /// Of all constraints, of length 1 in the metric of the masses: √(g M⁻¹ gᵀ) is the same in any unit of any
-  /// coordinate. Without one (coordinates without inertia), rows and columns scaled.
+  /// The gradients of all constraints, normalised in the metric of the masses: √(g M⁻¹ gᵀ) does not
+  /// depend on the units of the coordinates. If some coordinates have no inertia, rows and columns
+  /// are equilibrated instead.
   Mat gradients(const Point& point) {
     problem_->set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());
     const std::vector<double> values = kernel_(problem_->values());
@@ -154,7 +155,7 @@ class ConstraintReselection {
         part = following(form, end);
         model = form;
         source = other;
-      } catch (const UserFacing& e) {  // no other choice: as long as the present one serves
+      } catch (const UserFacing& e) {  // no other choice; the present one is used as long as possible
         if (outcome.ending != Ending::stop_when) return whole_.finish(outcome);
         no_choice_ = text("With others: ", e.what());
         part = following(model, end);
@@ -170,7 +171,7 @@ class ConstraintReselection {
     const std::vector<Index> kept = kept_in(source, all);
     KeptMonitor monitor(all, kept, model, simulation_);
     degraded_ = false;
-    bool begun = whole_.pieces().empty();  // the first choice was made anywhere
+    bool begun = whole_.pieces().empty();  // the first choice was made at another point
     part.chosen = ChosenOutside::constraints;
     part.plan.times.reset();
     part.plan.stop_when = [&](const Point& point) {
@@ -189,14 +190,14 @@ class ConstraintReselection {
     return solution->outcome();
   }
 
-  /// Where a run would have come that has stopped before: a step can end where the
-  /// kept gradients are dependent.
+  /// Extrapolates the end of a stopped run to its stopping time, since the last step may end before the point
+  /// where the kept gradients are dependent.
   static Point ahead(Point end, double t) {
     if (std::isfinite(t)) end.x += (t - end.t) * end.xdot;
     return end;
   }
 
-  /// The leaves of the first model as those of the mechanism: all choices of states and rows have these.
+  /// The leaves of the first model, as leaves of the mechanism that all choices of states and rows share.
   std::vector<Expr> original_leaves() const {
     std::vector<Expr> leaves = leaves_of(*problem_);
     for (Expr& leaf : leaves) leaf = dae::original_leaf(*first_, leaf);
@@ -245,7 +246,8 @@ class ConstraintReselection {
     return part;
   }
 
-  /// Rounding errors of an unknown that is 0 at the start are no sizes where a piece begins.
+  /// For unknowns that are 0 at the start of a later piece to within rounding, the tolerances of the
+  /// first piece apply.
   ToleranceRequest atol() const {
     ToleranceRequest request = simulation_.atol;
     const std::vector<Expr>& leaves = whole_.leaves();
@@ -268,7 +270,7 @@ class ConstraintReselection {
   SolutionInParts whole_;
   Vec usual_atol_;
   bool degraded_ = false;
-  std::string no_choice_;  ///< why others do not serve, once they were asked for
+  std::string no_choice_;  ///< why other constraints do not serve, once tried
 };
 
 }  // namespace

@@ -9,10 +9,11 @@
 namespace pendula::integrate {
 namespace {
 
-/// One term of an equation: its logarithm is value + row + column - slope τ, wanted 0.
+/// A term of an equation. Row and column scales and τ are sought with value + row + column - slope τ
+/// ≈ 0 (logarithms).
 struct Term {
   int row, column;
-  bool slope;  ///< of x′
+  bool slope;  ///< a derivative with respect to x′
   double value;
 };
 
@@ -45,7 +46,7 @@ class Scaling {
   }
 
  private:
-  static constexpr double trust = 0.01;  ///< in τ = interval, beside one term: where no equation tells τ
+  static constexpr double trust = 0.01;  ///< weight of τ = interval, where no equation determines τ
 
   Vec right() const {
     Vec b = Vec::Zero(rows_ + columns_ + 1);
@@ -81,7 +82,7 @@ class Scaling {
   double prior_;
 };
 
-/// A point nearby: what is left of a sum that cancels is something else there.
+/// A point nearby, at which the rounding residue of a cancelling sum differs.
 Point beside(const Point& at) {
   constexpr double distance = 1e-6;
   Point p = at;
@@ -94,7 +95,7 @@ Point beside(const Point& at) {
   return p;
 }
 
-/// The equations of the user's unknowns at one point, as far as they have numbers there.
+/// The terms of the user's equations at one point, where they have finite values.
 class Terms {
  public:
   Terms(Problem& problem, const Point& at, double t)
@@ -105,7 +106,7 @@ class Terms {
     problem.set_point(t, at.x.data(), at.xdot.data(), at.z.data());
     const std::vector<double>& values = problem.jacobian();
     const std::vector<Problem::Entry>& pattern = problem.pattern();
-    std::vector<char> foreign(static_cast<std::size_t>(size_), 0);  // those of sensitivities
+    std::vector<char> foreign(static_cast<std::size_t>(size_), 0);  // rows of sensitivities
     for (const auto& e : pattern)
       if (!is_shown(unknown(e.column))) foreign[e.row] = 1;
     pattern_.resize(static_cast<std::size_t>(size_));
@@ -115,7 +116,8 @@ class Terms {
       const int own = unknown(column);
       const double value = std::fabs(values[k]);
       if (!(value > 0) || !std::isfinite(value)) continue;
-      if (!(std::fabs(there[k] - values[k]) < 0.1 * value)) continue;  // what rounding has left of a sum
+      // the rounding residue of a cancelling sum
+      if (!(std::fabs(there[k] - values[k]) < 0.1 * value)) continue;
       list_.push_back({row, own, column >= n_ && column < 2 * n_, std::log(value)});
       if (auto& inside = pattern_[row]; std::find(inside.begin(), inside.end(), own) == inside.end())
         inside.push_back(own);
@@ -127,8 +129,8 @@ class Terms {
     return unknown < n_ ? unknown < problem_.visible_n() : unknown - n_ < problem_.visible_m();
   }
 
-  /// Sets of equations that determine unknowns together, each after those it depends on; all in one where the
-  /// pattern does not say which.
+  /// Sets of equations that determine unknowns together, in order of dependence; a single set if the pattern
+  /// does not determine them.
   std::vector<dae::Part> blocks() const {
     dae::Blocks found = dae::dulmage_mendelsohn(pattern_, size_);
     std::size_t covered = 0, rows = 0;
@@ -151,8 +153,8 @@ class Terms {
   std::vector<Term> list_;
 };
 
-/// By how much time alone changes each residual: what its slope makes of τ, but no more than there is within
-/// the interval. Exponentials of inputs are large where the unknowns do not follow.
+/// The change of each residual by time alone: its rate times τ, at most the change over the interval. Larger
+/// rates, as of exponentials of inputs, are transients that the unknowns do not follow.
 Vec forcing(Problem& problem, const Point& start, double from, double interval, double tau) {
   const Eigen::Index size = problem.n() + problem.m();
   Vec first(size), later(size), slope, largest = Vec::Zero(size);
@@ -168,7 +170,7 @@ Vec forcing(Problem& problem, const Point& start, double from, double interval, 
     slope = change_within(moment) * (tau / moment);
     for (const double share : {0.01, 0.123, 0.37, 0.81})
       largest = largest.cwiseMax(change_within(share * interval));
-  } catch (const Failure&) {  // an input that has no value there
+  } catch (const Failure&) {  // an input without a value there
     return Vec::Zero(size);
   }
   return slope.cwiseMin(largest);
@@ -192,7 +194,7 @@ Vec natural_sizes(Problem& problem, const Point& start, double from, double inte
     double c = 0;
     for (int row : block.rows) {
       if (std::isfinite(forced[row])) c = std::max(c, forced[row] * std::exp(logs[row]));
-      for (const Term& e : rows[row])  // unknowns of blocks before this one
+      for (const Term& e : rows[row])  // unknowns of earlier blocks
         c = std::max(c, result[e.column] * std::exp(e.value + logs[row] - (e.slope ? slopes : 0)));
     }
     for (int i : block.columns) {

@@ -11,7 +11,7 @@
 
 namespace pendula::integrate {
 
-/// Writes known inputs into the equations: their leaves are gone, parameters in their expressions are new.
+/// Substitutes known inputs: their leaves disappear, and the parameters of their expressions are added.
 static void insert_inputs(dae::FirstOrder& form, const Substitution& inputs) {
   std::erase_if(form.u, [&](Expr u) { return inputs.count(u) > 0; });
   if (inputs.empty()) return;
@@ -22,7 +22,7 @@ static void insert_inputs(dae::FirstOrder& form, const Substitution& inputs) {
   }
 }
 
-/// Inputs that only conditions, events or a question to the solution contain.
+/// Adds inputs that occur only in conditions, events or expressions evaluated on the solution.
 static void add_inputs(dae::FirstOrder& form, const dae::Model& model, const Simulation& simulation) {
   std::vector<Expr> conditions;
   for (const dae::Projection& stage : model.projections)
@@ -48,7 +48,7 @@ static void add_event_parameters(dae::FirstOrder& form, const std::vector<ModelE
       form.p.push_back(leaf);
 }
 
-/// The model's projections with known inputs written into them.
+/// The projections of the model, with known inputs substituted.
 static std::vector<dae::Projection> projections(const dae::Model& model, const Substitution& inputs) {
   std::vector<dae::Projection> stages = model.projections;
   if (inputs.empty()) return stages;
@@ -62,7 +62,7 @@ static std::vector<dae::Projection> projections(const dae::Model& model, const S
 
 namespace {
 
-/// Everything that a Preparation depends on.
+/// The key of the cache: everything that a Preparation depends on.
 std::vector<std::uint32_t> preparation_key(const dae::ModelPtr& model, const Simulation& simulation) {
   const auto address = reinterpret_cast<std::uintptr_t>(model.get());
   std::vector<std::uint32_t> key{static_cast<std::uint32_t>(address),
@@ -91,7 +91,7 @@ std::vector<std::uint32_t> preparation_key(const dae::ModelPtr& model, const Sim
 }  // namespace
 
 PreparationPtr prepared(const dae::ModelPtr& model, const Simulation& simulation) {
-  constexpr std::size_t equations = 200'000;  // an entry counts as 1000 more
+  constexpr std::size_t equations = 200'000;  // capacity; an entry counts as 1000 more
   static LruCache<std::vector<std::uint32_t>, PreparationPtr, WordsHash> known(equations);
   const auto key = preparation_key(model, simulation);
   if (const PreparationPtr* found = known.find(key)) {
@@ -112,7 +112,8 @@ void watch_singularities(Plan& plan, const dae::ModelPtr& model, const Simulatio
                          const Problem& problem) {
   const PreparationPtr kept = prepared(model, simulation);
   if (!kept->guards) {
-    // All of them: no consistent point with w y = 1 has y = 0, and yet y can pass 0 through a pole of w.
+    // All guards are needed: no consistent point of w y = 1 has y = 0, and yet y can cross 0 where w
+    // has a pole.
     kept->guards = guards_of(model, simulation.inputs, problem, true);
     kept->choices = choices_of(model, simulation.inputs, problem);
     kept->blocks = blocks_of(model, simulation.inputs, problem);
@@ -123,10 +124,10 @@ void watch_singularities(Plan& plan, const dae::ModelPtr& model, const Simulatio
   plan.blocks = kept->blocks;
 }
 
-/// Writes parameters that are 0 or ±1 into the equations as numbers: a rod that has no dy costs no product
-/// with it. A parameter that another run gives another number stays a symbol from then on.
+/// Replaces parameters with values 0 or ±1 by numbers, which saves products, as with a zero dy of a rod. A
+/// parameter that has a different value in a later run remains a symbol from then on.
 static void fold_parameters(Preparation& all, const Vec& parameters, dae::FirstOrder& form) {
-  constexpr std::size_t largest = 200;  // equations; loops over many equal parts want them equal
+  constexpr std::size_t largest = 200;  // equations; loop detection needs many equal parts to stay equal
   const std::size_t count = all.form.p.size();
   all.varies.resize(count, 0);
   all.folded.clear();
@@ -144,7 +145,7 @@ static void fold_parameters(Preparation& all, const Vec& parameters, dae::FirstO
     dae::FirstOrder folded = form;
     for (auto* equations : {&folded.F, &folded.f, &folded.g}) *equations = substitute(*equations, numbers);
     form = std::move(folded);
-  } catch (const Error&) {  // a division by such a 0: the run says where
+  } catch (const Error&) {  // a division by such a 0, which the run reports itself
     all.folded.clear();
   }
 }
@@ -171,7 +172,8 @@ void complete(Preparation& all, const Vec& parameters, const Simulation& simulat
     form = all.variational->form;
   }
   const std::vector<Problem::Input> no_inputs(form.u.size(),
-                                              [](double) { return 0.0; });  // those of a run end with it
+                                              // placeholders: the inputs of a run must not outlive it
+                                              [](double) { return 0.0; });
   auto problem = std::make_shared<Problem>(std::move(form), values, no_inputs);
   if (!all.folded.empty()) problem->keep_symbolic(std::move(residuals));
   problem->set_visible_size(n, m, all.variational ? all.variational->with_respect_to : std::vector<Expr>());

@@ -22,8 +22,8 @@ namespace pendula::integrate {
 
 void require_low_index(const dae::Model& model, bool direct) {
   constexpr std::size_t affordable =
-      500;  // equations of a singular structure; beyond, the engine looks at the numbers
-  if (direct || model.form == "ggl") return;  // form "ggl" is made to be integrated at index 2
+      500;  // equations of a structurally singular model; larger ones are judged numerically by the stepper
+  if (direct || model.form == "ggl") return;  // form "ggl" is integrated at index 2 by design
   const dae::Analysis analysis = dae::analyse(model);
   if (analysis.regular && analysis.index <= 1) return;
   if (!analysis.regular && model.residuals.size() > affordable) return;
@@ -83,13 +83,13 @@ static Point starting_point(const dae::ConsistentState& start, const dae::FirstO
     const auto k = static_cast<Eigen::Index>(i);
     PENDULA_ASSERT(start.values.count(form.x[i]), "a start without a value for a state");
     point.x[k] = value(form.x[i]);
-    point.xdot[k] = value(derivative_leaf(form.x[i]));  // also where a slot stands for it
+    point.xdot[k] = value(derivative_leaf(form.x[i]));  // also if x′ is represented by a slot
   }
   for (std::size_t i = 0; i < form.z.size(); ++i) point.z[i] = value(form.z[i]);
   return point;
 }
 
-/// One number per unknown of (x, z).
+/// One number for every unknown in (x, z).
 static Vec tolerance(const ToleranceRequest& request, const Vec& usual, const dae::Model& model,
                      const Problem& problem, const std::string& what) {
   const dae::FirstOrder& form = problem.model();
@@ -126,7 +126,7 @@ static std::vector<int> variable_indices(const dae::Model& model, const Problem&
         return std::max(1, 1 + levels[j] - analysis.offsets.d[j] + symbol_of(leaf).order);
     return 1;
   };
-  // Sensitivities stand behind the unknowns, in blocks of the same order, and share their index.
+  // Sensitivities follow the unknowns, in blocks of the same order, and share their indices.
   const auto n = static_cast<std::size_t>(problem.visible_n()),
              m = static_cast<std::size_t>(problem.visible_m());
   for (std::size_t i = 0; i < form.x.size(); ++i) result[i] = index_of(form.x[i % n]);
@@ -134,7 +134,7 @@ static std::vector<int> variable_indices(const dae::Model& model, const Problem&
   return result;
 }
 
-/// S = ∂x/∂p may err by the tolerance of x per unit of p: atol_S = atol_x/|p|.
+/// The tolerance of S = ∂x/∂p is that of x per unit of p: atol_S = atol_x/|p|.
 static void scale_sensitivities(Tolerances& tolerances, Problem& problem, const Variational* all) {
   if (!all) return;
   const auto& p = problem.model().p;
@@ -152,7 +152,7 @@ static void scale_sensitivities(Tolerances& tolerances, Problem& problem, const 
   }
 }
 
-/// How an event's time and its new values change with the parameters of the sensitivities.
+/// Adds the derivatives of an event's time and reset values with respect to the sensitivity parameters.
 static void add_tangents(Event& event, const Variational& all) {
   const auto derivatives = [&](Expr e) {
     std::vector<Expr> list;
@@ -167,7 +167,7 @@ static void add_tangents(Event& event, const Variational& all) {
   }
 }
 
-/// With direct = true: methods whose algebraic variables diverge, or crawl, are refused.
+/// Rejects, for direct = true, methods whose algebraic variables diverge or converge too slowly.
 static void require_convergence(const Method& method, const std::vector<int>& indices) {
   const int index = indices.empty() ? 1 : *std::max_element(indices.begin(), indices.end());
   if (index < 2) return;
@@ -179,7 +179,7 @@ static void require_convergence(const Method& method, const std::vector<int>& in
         "; take method = \"radau\", or sys:reduce():integrate{…}. Fixed steps (dt = …) show what happens"));
 }
 
-/// An event whose expressions are in leaves of the problem.
+/// Translates an event to leaves of the problem.
 static Event event_of(const ModelEvent& request, const dae::ModelPtr& model, const Substitution& inputs,
                       const std::shared_ptr<TrajectoryPtr>& so_far) {
   const auto own = [&](Expr e) { return substitute(dae::resolve(*model, e), inputs); };
@@ -236,8 +236,8 @@ static void add_events(Plan& plan, const dae::ModelPtr& model, const Simulation&
   }
 }
 
-/// Inputs that cannot be asked anywhere in the interval are asked by the steps alone:
-/// an event may end the run before.
+/// Pulses of the inputs. An input that cannot be evaluated everywhere in the interval is monitored by the
+/// steps alone, since an event may end the run before.
 static std::vector<double> input_pulses(const Plan& plan) {
   try {
     return pulse_times(plan.monitored_inputs, plan.from, plan.to);
@@ -248,7 +248,7 @@ static std::vector<double> input_pulses(const Plan& plan) {
   }
 }
 
-/// Steps end inside short pulses of functions of time.
+/// Makes steps end inside short pulses of functions of time.
 static void add_pulses(Plan& plan, const Problem& problem) {
   if (plan.dt) return;
   std::vector<double> pulses = input_pulses(plan);
@@ -298,7 +298,7 @@ Mat start_sensitivity(const Variational& all, const dae::Model& model, const dae
   return initial_sensitivity(all, conditions, held, values);
 }
 
-/// S(0) behind x(0); S′ and Z follow from the equations.
+/// Appends S(0) to x(0); S′ and Z follow from the equations.
 static void extend_start(Point& start, const Variational& all, const dae::Model& model,
                          const Simulation& simulation, const Vec& parameters) {
   std::unordered_map<Expr, double> values;

@@ -57,8 +57,8 @@ Vec Blows::gradient_of(Expr e, const std::vector<Expr>& x, const Values& at) con
   return d;
 }
 
-/// d when/dt where the equations of the regime determine it from the states, which
-/// need not obey its conditions.
+/// d when/dt if the equations of the regime determine it from the states, which need not satisfy the
+/// conditions of the regime.
 std::optional<double> Blows::slope(Expr when, const Values& at) const {
   constexpr double visible = 1e-9;
   std::vector<Expr> unknowns = form_.xdot;
@@ -74,7 +74,7 @@ std::optional<double> Blows::slope(Expr when, const Values& at) const {
   d.head(n) = gradient_of(when, form_.x, at);
   double own = dae::value_at(total_derivative(when), at);
   for (Eigen::Index i = 0; i < n; ++i) own -= d[i] * dae::value_at(derivative_leaf(form_.x[i]), at);
-  // d = Aᵀ w, rows and columns in units of their own
+  // solves d = Aᵀ w, equilibrated
   const auto inverse = [](double s) { return s > 0 ? 1 / s : 1.0; };
   const Vec row = A.rowwise().norm().unaryExpr(inverse);
   const Mat scaled = row.asDiagonal() * A;
@@ -87,7 +87,8 @@ std::optional<double> Blows::slope(Expr when, const Values& at) const {
 }
 
 bool Blows::is_at_root(Expr when, const Values& at, const dae::Sizes& sizes, double fastest) const {
-  constexpr double of_terms = 1e-9, of_time = 1e-12;  // what it would change by in the time of the run
+  // relative to the terms; relative to the change over the run
+  constexpr double of_terms = 1e-9, of_time = 1e-12;
   const double g = std::fabs(dae::value_at(when, at));
   const double t = std::fabs(known_.at(time_symbol()));
   return g <= of_time * fastest * std::max(interval_, t) || g <= of_terms * dae::size_of(when, at, sizes);
@@ -116,7 +117,7 @@ void Blows::remark_order(int which) {
   if (remark_.empty()) remark_ = order_remark(known_.at(time_symbol()), when_[which]);
 }
 
-/// As EventHandler::overdue(); at a root, the slope decides.
+/// As EventHandler::overdue(), but at a root the slope alone decides.
 std::optional<int> Blows::overdue(const Values& here, const dae::Sizes& sizes, const AtRoots& roots) const {
   for (std::size_t i = 0; i < when_.size(); ++i) {
     const ModelEvent& event = simulation_.events[i];
@@ -131,7 +132,8 @@ std::optional<int> Blows::overdue(const Values& here, const dae::Sizes& sizes, c
   return {};
 }
 
-/// Conditions of every regime are repaired as in a model that has no others: by states that were not reset.
+/// Restores the conditions common to all regimes as a model without regimes does: by changing states that
+/// were not reset.
 void Blows::keep_lasting(const dae::Regime& regime, const std::vector<Expr>& reset, Values& values) {
   const ProblemPtr problem = make_problem(model_, simulation_);
   std::vector<Expr> lasting;
@@ -216,7 +218,7 @@ std::vector<Blows::Blow> Blows::settle(const std::vector<EventRecord>& events, c
   return blows;
 }
 
-/// Of an event that others have set off.
+/// The reply to an event that was triggered by others.
 EventReply Blows::reply_to_blow(int which, std::size_t count) const {
   constexpr std::size_t most = 1000;  // events at one time
   const ModelEvent& event = simulation_.events[which];

@@ -19,7 +19,7 @@ namespace {
 
 constexpr long most_regimes = 100'000;
 
-/// The values, or what they have been before where that was more.
+/// The values, together with their largest magnitudes so far.
 dae::Sizes sizes_with(const dae::PointValues& values, const std::unordered_map<Expr, double>& before) {
   dae::Sizes sizes{values};
   for (const auto& [leaf, size] : before)
@@ -37,19 +37,19 @@ dae::PointValues values_at(const Solution& solution, const Point& point, Expr e)
   return values;
 }
 
-/// The start of a regime in the unknowns of its form.
+/// The start of a regime, translated to the unknowns of its form.
 dae::ConsistentStatePtr translated(const dae::ConsistentStatePtr& at, const dae::ModelPtr& form) {
   if (at->model == form) return at;
   auto there = std::make_shared<dae::ConsistentState>(*at);
   there->model = form;
-  there->piece = nullptr;  // in other unknowns
+  there->piece = nullptr;  // refers to other unknowns
   for (const auto& list : {form->states(), form->top_derivatives(), form->algebraic()})
     for (Expr leaf : list)
       if (const auto value = at->value_for(*form, leaf)) there->values[leaf] = *value;
   return there;
 }
 
-/// Of the values that a piece ends with: the largest rtol, and the sizes below which atol is what counts.
+/// Tolerance of the values at the end of a piece: the largest rtol, and the sizes below which atol dominates.
 dae::Regimes::Tolerance tolerance_of(const dae::Model& model, const Simulation& simulation) {
   const ToleranceRequest &relative = simulation.rtol, &absolute = simulation.atol;
   dae::Regimes::Tolerance known{usual_rtol(simulation), {}};
@@ -80,7 +80,7 @@ std::string not_shared(Expr law) {
       "every contact that they touch an event with a reset, or none");
 }
 
-/// On which side of their roots conditions of events are.
+/// The signs of the event conditions.
 std::vector<double> sides_of(const std::vector<ModelEvent>& events, const dae::ModelPtr& model,
                              const dae::StartRequest& here) {
   std::vector<double> sides;
@@ -93,7 +93,7 @@ std::vector<double> sides_of(const std::vector<ModelEvent>& events, const dae::M
   return sides;
 }
 
-/// May an event carry a margin across 0?
+/// Can the reset of an event change the sign of a margin?
 bool is_reset(Expr margin, const std::vector<ModelEvent>& events, const dae::Model& model) {
   for (const ModelEvent& event : events)
     for (const auto& [state, value] : event.reset)
@@ -122,7 +122,7 @@ class RegimeRun {
     RunOutcome outcome;
     for (long k = 0; next; ++k) {
       outcome = piece(*next);
-      if (strays_) {  // from here on another regime holds
+      if (strays_) {  // another regime holds from here on
         next = was_here_ ? std::nullopt
                          : regimes_.enter(request(), next->regime->choice, next->regime->choice, why, {});
         if (!next && whole_.pieces().empty()) throw none_goes_on(t_, why);
@@ -131,7 +131,7 @@ class RegimeRun {
         continue;
       }
       was_here_ = false;
-      const bool stuck = outcome.ending == Ending::stopped;  // where events accumulate, for example
+      const bool stuck = outcome.ending == Ending::stopped;  // for example where events accumulate
       if (t_ >= simulation_.plan.to && (left_ || outcome.ending == Ending::finished)) {
         outcome = {Ending::finished, ""};
         if (left_ || is_near_border(*whole_.pieces().last().solution, *next)) arrive(*next->regime);
@@ -152,7 +152,7 @@ class RegimeRun {
   }
 
  private:
-  /// Integrates in one regime; left_: it ended where the regime does.
+  /// Integrates in one regime; left_ tells whether the piece ended at its border.
   RunOutcome piece(const dae::RegimeStart& start) {
     const dae::Regime& regime = *start.regime;
     Simulation part = simulation_;
@@ -191,7 +191,7 @@ class RegimeRun {
     return outcome;
   }
 
-  /// What events that have ended the piece ask for.
+  /// Applies the events that ended the piece.
   void strike(const dae::Regime& regime, const std::vector<EventRecord>& events, RunOutcome& outcome) {
     std::vector<Blows::Blow> blows;
     try {
@@ -215,8 +215,7 @@ class RegimeRun {
     if (struck_ && !left_ && outcome.ending == Ending::event) arrive(regime);
   }
 
-  /// The run ends where a regime ends as well: the values are those of the next one.
-  /// Where none goes on, none has to.
+  /// Ends the run at a border of the regime: the final values are those of the next regime if there is one.
   void arrive(const dae::Regime& regime) {
     const Solution& ended = *whole_.pieces().last().solution;
     std::string why;
@@ -233,9 +232,9 @@ class RegimeRun {
     add(*next->regime, solution, simulation_.events.size());
   }
 
-  /// Is a margin that the piece began with 0, but for rounding, where it ends?
+  /// Does a margin that was 0 at the beginning of the piece vanish, to within rounding, at its end?
   bool is_near_border(const Solution& ended, const dae::RegimeStart& start) const {
-    constexpr double near = 1e-13;  // of the terms: their rounding; Regimes::enter() decides
+    constexpr double near = 1e-13;  // relative to the terms, for rounding; Regimes::enter() decides
     for (std::size_t i = 0; i < start.slack.size(); ++i) {
       const Expr margin = dae::resolve(*start.regime->form, start.regime->region.margins[i]);
       if (start.slack[i] > 0) continue;
@@ -252,8 +251,8 @@ class RegimeRun {
     whole_.add({regime.form, solution, t_, true, blows_.deferred()}, shown);
   }
 
-  /// A margin that is 0 where the piece begins, with all derivatives that are known there, is negative
-  /// behind: what begins on a root is no crossing.
+  /// Has a margin become negative that is 0 at the beginning of the piece, together with all its known
+  /// derivatives? A root at the beginning is not detected as a crossing.
   bool is_left_unseen(const Solution& solution, const dae::RegimeStart& start) const {
     constexpr double visible = 100;  // tolerances of the run
     for (Expr undecided : start.undecided) {
@@ -283,7 +282,7 @@ class RegimeRun {
     });
   }
 
-  /// An impulse goes through a contact for which an event names a law, beside one that has none.
+  /// Does an impulse act on a contact that has a law in an event together with one that has none?
   bool is_shared(const dae::RegimeStart& next, RunOutcome& outcome) const {
     const Expr law = blows_.struck_despite_law(next, request(), measures());
     if (law.is_zero()) return false;
@@ -301,7 +300,7 @@ class RegimeRun {
     return {t_, all.head(n), all.segment(n, n), all.tail(all.size() - 2 * n)};
   }
 
-  /// What values of the leaves are measured by from now on.
+  /// Updates the sizes relative to which values are judged.
   void measure(const Point& point) {
     const std::vector<Expr>& leaves = whole_.pieces().leaves();
     for (std::size_t i = 0; i < leaves.size(); ++i) {

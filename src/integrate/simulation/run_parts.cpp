@@ -140,7 +140,7 @@ std::function<bool(const Point&)> SolutionInParts::stop_when(const dae::ModelPtr
 }
 
 bool SolutionInParts::continues_at(const dae::ConsistentState& start) const {
-  // beside equations that are nearly dependent, errors are many tolerances, but no part of the motion
+  // near dependent equations errors reach many tolerances, but stay far below the motion itself
   constexpr double most = 1e-2, tolerances = 1e6, most_of_usual_size = 10;
   if (pieces_->empty()) return true;
   const Point end = pieces_->translated(pieces_->last().solution->final());
@@ -154,7 +154,7 @@ bool SolutionInParts::continues_at(const dae::ConsistentState& start) const {
   return true;
 }
 
-/// By more than errors of a run.
+/// Do the vectors differ by more than errors of a run?
 static bool differ(const Vec& a, const Vec& b) {
   constexpr double share = 1e-3, least = 1e-9;
   for (Eigen::Index i = 0; i < a.size(); ++i) {
@@ -173,7 +173,7 @@ double SolutionInParts::rounding_of_times() const {
   return 1e-14 * std::max(std::fabs(t.front()), std::fabs(t.back()));
 }
 
-/// The times up to `end` that have no point yet, of the last part.
+/// Saves the times up to `end` that have no point yet, from the last part.
 void SolutionInParts::save_times(double end) {
   const Solution& part = *pieces_->last().solution;
   for (; next_time_ < times_.size() && times_[next_time_] <= end; ++next_time_) {

@@ -16,13 +16,13 @@
 
 namespace pendula::integrate {
 
-/// Of a run that cannot take its first step.
+/// A remark for a run that cannot take its first step.
 static std::string where_solutions_meet(const Simulation& simulation) {
   if (!simulation.start || simulation.start->t != simulation.plan.from) return "";
   try {
     const std::string meeting = simulation.start->crossing();
     return meeting.empty() ? "" : ": " + meeting;
-  } catch (const UserFacing&) {  // nothing is known about the start
+  } catch (const UserFacing&) {  // no remark
     return "";
   }
 }
@@ -50,7 +50,7 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
   if (plan.check_singularities) watch_singularities(plan, model, simulation, *run.problem);
   if (!plan.blocks.empty())
     plan.sizes = [problem = run.problem, start = run.start, from = plan.from, to = plan.to] {
-      Problem own(*problem);  // asked in the middle of a step
+      Problem own(*problem);  // a separate copy, since callbacks evaluate within a step
       return natural_sizes(own, start, from, to - from);
     };
   if (plan.dt)
@@ -72,7 +72,7 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
       throw Failure(e.what() + where_solutions_meet(simulation));
     }
   }();
-  so_far->reset();  // the callbacks and the solution must not keep each other alive
+  so_far->reset();  // breaks the reference cycle between the callbacks and the solution
   return wrap(solution);
 }
 

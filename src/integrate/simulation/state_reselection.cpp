@@ -19,7 +19,7 @@ namespace {
 constexpr double clearly_worse = 0.5;  // quality of the choice in use, relative to the best one
 constexpr long most_switches = 100'000;
 
-/// The leaves of a problem, in the order x, x′, z, as leaves of the model that was reduced.
+/// The leaves of a problem, in the order x, x′, z, translated to the model that was reduced.
 std::vector<Expr> original_leaves(const dae::Model& model, const Problem& problem) {
   const dae::FirstOrder& form = problem.model();
   std::vector<Expr> list;
@@ -75,7 +75,7 @@ class StateReselection {
     dae::ModelPtr model = first_;
     dae::DummySelection selection = dae::selection_of(*model);
     double t = simulation_.plan.from;
-    std::vector<std::pair<Expr, double>> values;  // of original leaves, where the next piece begins
+    std::vector<std::pair<Expr, double>> values;  // by original leaf, at the start of the next piece
     RunOutcome outcome{Ending::stop_when, ""};
     if (const auto better = ChoiceMonitor(pivoting_, model, selection, simulation_)
                                 .better(start_point(whole_.problem(), simulation_))) {
@@ -105,7 +105,7 @@ class StateReselection {
   }
 
  private:
-  /// Integrates until the choice of states degrades; what to go on with is in next_.
+  /// Integrates until the choice of states degrades; next_ is the choice to continue with.
   RunOutcome piece(const dae::ModelPtr& model, const dae::DummySelection& selection, double from,
                    std::vector<std::pair<Expr, double>>& values) {
     Simulation part = simulation_;

@@ -19,7 +19,7 @@ namespace pendula::integrate {
 Vec Trajectory::gradient(Expr cost, const std::vector<Expr>& with_respect_to) const {
   if (!start_) throw Error("a solution whose states were switched has no adjoint; integrate another form");
   const Problem& problem = solution_->problem();
-  Variational all;  // the form itself, without its variational equations
+  Variational all;  // integrates the form alone
   all.form = problem.model();
   all.n = problem.n();
   all.m = problem.m();
@@ -69,8 +69,8 @@ Vec Trajectory::sensitivity(std::span<const Expr> expressions, Expr p, double t)
   return solution_->values(differentiated(expressions, p), t);
 }
 
-/// Derivatives that the run itself does not need: z′ and x″ from the differentiated equations,
-/// ∂F/∂(x′, z) (x″, z′) = -∂F/∂t - ∂F/∂x x′ - ∂F/∂u u′.
+/// Derivatives that the run does not compute: z′ and x″ from the differentiated equations, ∂F/∂(x′, z) (x″,
+/// z′) = -∂F/∂t - ∂F/∂x x′ - ∂F/∂u u′.
 static Substitution derivatives_of_unknowns(const dae::FirstOrder& form, const Substitution& inputs) {
   const std::vector<Expr> F = substitute(form.F, inputs);
   std::vector<Expr> unknowns = form.xdot, moving = form.x, speeds = form.xdot;
@@ -110,7 +110,7 @@ std::vector<Expr> Trajectory::resolved(std::span<const Expr> expressions) const 
   if (std::all_of(used.begin(), used.end(), known)) return result;
   try {
     return substitute(result, derivatives_of_unknowns(*dae::shared_first_order(model_), inputs_));
-  } catch (const Error&) {  // they are not determined: what is missing is named where it is evaluated
+  } catch (const Error&) {  // not determined; evaluation reports the missing leaf
     return result;
   }
 }

@@ -11,8 +11,8 @@ namespace {
 
 constexpr double usual_share = 1e-3, large_size = 1e3;
 
-/// Sizes told by x′ alone and far below the largest: 0 where they are rounding errors, which change
-/// altogether with the last digits of x. Which of them are none, whatever the units.
+/// Sets sizes to 0 that come from x′ alone, are far below the largest and prove to be rounding errors: those
+/// change completely with the last digits of x. Returns which of the small sizes are genuine.
 std::vector<char> without_noise(Vec& size, const ProblemPtr& problem, const Point& start, double interval) {
   constexpr double small = 1e-6, last_digits = 1e-15, clear = 100;
   const double largest = size.maxCoeff();
@@ -35,7 +35,7 @@ std::vector<char> without_noise(Vec& size, const ProblemPtr& problem, const Poin
   return certain;
 }
 
-/// Of x and z: how large they have been in earlier pieces of the run. On a stop they are rounding errors.
+/// The largest x and z in earlier pieces of the run. At a stop their present values may be rounding errors.
 Vec sizes_before(const Simulation& simulation, const Problem& problem) {
   const std::unordered_map<Expr, double> known(simulation.start->request.sizes.begin(),
                                                simulation.start->request.sizes.end());
@@ -50,10 +50,10 @@ Vec sizes_before(const Simulation& simulation, const Problem& problem) {
   return size;
 }
 
-/// A hundredth of the size of the unknown, at most 10⁻³: a model in metres whose lengths are nanometres must
-/// not be at rest within its tolerance.
+/// atol in units of rtol: a hundredth of the size of the unknown, at most 10⁻³. Otherwise a model in metres
+/// with lengths of nanometres would count as at rest.
 Vec small_shares(const Vec& size, const std::vector<char>& certain) {
-  constexpr double rounding = 1e-12;  // a start that is 0 to rounding says nothing about sizes
+  constexpr double rounding = 1e-12;  // a start that is 0 to within rounding contains no size
   const double largest = size.maxCoeff();
   Vec share(size.size());
   for (Eigen::Index i = 0; i < size.size(); ++i)
@@ -61,10 +61,10 @@ Vec small_shares(const Vec& size, const std::vector<char>& certain) {
   return share;
 }
 
-/// A millionth of the size of the unknown where that is more than 10⁻³: a model in nanometres must not
-/// follow its zeros to all digits (21 732 steps of a spring pendulum in place of 107). What falls by six
-/// decades keeps its digits. The equations tell sizes, since much is 0 at a start, but none beyond a
-/// thousand times what the start shows.
+/// Raises atol to a millionth of the size of the unknown if that exceeds 10⁻³. Otherwise a model in
+/// nanometres would resolve its zeros to all digits (21 732 steps of a spring pendulum instead of 107).
+/// Values that fall by six decades keep their digits. Sizes come from the equations, since much is 0 at a
+/// start, but exceed those at the start at most a thousandfold.
 void raise_to_large_sizes(Vec& share, const Vec& size, const Vec& natural) {
   constexpr double negligible = 1e-6, believed = 1e3;
   for (Eigen::Index i = 0; i < share.size(); ++i) {

@@ -33,7 +33,7 @@ class Sweep {
     gradient_ = Vec::Zero(static_cast<Index>(parameters.size()));
   }
 
-  /// λ at the end, where x′ and z solve the equations.
+  /// λ at the end of the run, where x′ and z satisfy the equations.
   Vec finish(const Point& end, Expr cost, const std::vector<Expr>& parameters) {
     std::vector<Expr> unknowns(problem_->arguments().begin() + 1,
                                problem_->arguments().begin() + 1 + n_ + N_);
@@ -107,7 +107,7 @@ class Sweep {
     return *engine;
   }
 
-  /// ∂F/∂x and ∂F/∂(x′, z) there.
+  /// ∂F/∂x and ∂F/∂(x′, z) at a point.
   void linearise(double t, const Vec& x, const Vec& xdot, const Vec& z) {
     problem_->set_point(t, x.data(), xdot.data(), z.data());
     const std::vector<double>& J = problem_->jacobian();

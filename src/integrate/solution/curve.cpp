@@ -19,7 +19,7 @@ struct Node {
 
 bool is_finite(const Vec& v) { return v.allFinite(); }
 
-/// The saved points, and both sides of jumps between them.
+/// The saved points, with both sides of every jump.
 std::vector<Node> saved_nodes(const Solution& solution, std::span<const Expr> expressions) {
   const Mat rows = solution.values(expressions);
   std::vector<Node> nodes;
@@ -40,7 +40,7 @@ std::vector<Node> saved_nodes(const Solution& solution, std::span<const Expr> ex
   return nodes;
 }
 
-/// Where points lie on the sheet, in pixels.
+/// The transformation from values to pixels.
 class Sheet {
  public:
   Sheet(const CurvePlan& plan, const std::vector<Node>& nodes) : plan_(plan) {
@@ -48,8 +48,9 @@ class Sheet {
       for (std::size_t k = 0; k < curve.size(); ++k) measure(curve, k, nodes);
   }
 
-  /// Does p, at this share of the time from a to b, lie on the chord in all curves, and where even motion
-  /// along the chord would take it? A steep front hides in its chord where it turns back.
+  /// Is p, at this share of the time from a to b, close to the chord of every curve, and close to the point
+  /// reached at constant speed along the chord? The second test detects a steep front whose turning point
+  /// lies on the chord.
   bool on_chord(const Node& a, const Node& b, const Node& p, double share) const {
     constexpr double uneven = 1;  // pixels along the chord
     return std::all_of(plan_.curves.begin(), plan_.curves.end(), [&](const std::vector<int>& curve) {
@@ -72,7 +73,7 @@ class Sheet {
   }
 
  private:
-  /// Is the point within the limits of the axes but this one?
+  /// Is the point within the limits of all axes except this one?
   bool is_seen(const std::vector<int>& curve, std::size_t axis, const Node& node) const {
     for (std::size_t k = 0; k < curve.size(); ++k) {
       const auto& limits = plan_.axes[k].limits;
@@ -82,7 +83,7 @@ class Sheet {
     return true;
   }
 
-  /// The axis has the range of what is seen.
+  /// Sets the range of an axis to that of the visible points.
   void measure(const std::vector<int>& curve, std::size_t axis, const std::vector<Node>& nodes) {
     const auto column = static_cast<std::size_t>(curve[axis]);
     const SheetAxis& a = plan_.axes[axis];
@@ -140,8 +141,7 @@ class Refinement {
       : solution_(solution), expressions_(expressions), plan_(plan), saved_(std::move(saved)) {}
 
   std::vector<Node> run() && {
-    // The extent of the curves is known well enough from a few points in every
-    // piece, or from many saved ones.
+    // The extent of the curves follows from a few points per piece, or from many saved ones.
     std::vector<Node> coarse;
     const int pieces = many_saved() ? 1 : 3;
     for (std::size_t i = 0; i < saved_.size(); ++i) {
@@ -153,7 +153,7 @@ class Refinement {
     std::vector<Node> result;
     for (std::size_t i = 0; i < coarse.size(); ++i) {
       poll_interrupt();
-      // A jump of what is not drawn (the velocity of a bouncing ball) does not interrupt the line.
+      // A jump of a quantity that is not drawn (the velocity of a bouncing ball) does not interrupt the line.
       if (coarse[i].lifted && sheet.length(coarse[i - 1], coarse[i]) < one_pixel / 2)
         coarse[i].lifted = false;
       if (i > 0 && !coarse[i].lifted) divide(sheet, coarse[i - 1], coarse[i], deepest, result);
@@ -172,12 +172,12 @@ class Refinement {
     if (++evaluations_ > plan_.most) return {};
     try {
       return Node{t, solution_.values(expressions_, t)};
-    } catch (const UserFacing&) {  // no continuous extension, or it fails here: the saved points are joined
+    } catch (const UserFacing&) {  // no continuous extension here; the saved points are joined
       return {};
     }
   }
 
-  /// Uneven distances: an oscillation cannot be in step with them.
+  /// Points at uneven distances, which cannot coincide with the period of an oscillation.
   void add_between(const Node& a, const Node& b, int pieces, std::vector<Node>& to) {
     for (int k = 1; k < pieces; ++k) {
       const double share = (k + 0.07 * (k % 2)) / pieces;
@@ -185,7 +185,7 @@ class Refinement {
     }
   }
 
-  /// Where limits of the time axis show a part of few steps, points in it tell the range of the values.
+  /// If the limits of the time axis select few steps, adds points there to find the range of the values.
   void add_where_seen(std::vector<Node>& nodes) {
     const auto& limits = plan_.axes[0].limits;
     const bool over_time = expressions_[0] == time_symbol();
@@ -209,7 +209,7 @@ class Refinement {
 
   void divide(const Sheet& sheet, const Node& a, const Node& b, int depth, std::vector<Node>& to) {
     if (depth == 0 || !(b.t > a.t)) return;
-    // Of few points every piece is looked at: the curve may turn back between neighbours.
+    // With few points every piece is refined, since the curve may turn between neighbours.
     if (many_saved() && is_finite(a.values) && is_finite(b.values) && sheet.length(a, b) < one_pixel) return;
     constexpr double first = 0.31, second = 0.64;
     const auto p = at(a.t + first * (b.t - a.t)), q = at(a.t + second * (b.t - a.t));

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double consistent = 1e-9, visible = 1e-6, rounding = 1e-13;
 
-/// Σ |∂C/∂xⱼ xⱼ|: how large the terms are that cancel in C = 0.
+/// Σ |∂C/∂xⱼ xⱼ|: the size of the terms that cancel in C = 0.
 Expr term_size(Expr constraint, const dae::FirstOrder& model) {
   const std::vector<Expr> partials = gradient(constraint, model.x);
   Expr size;
@@ -85,7 +85,7 @@ DriftRow measure(const Invariant& invariant, const std::vector<double>& t, const
     const double value = values(static_cast<Eigen::Index>(i), 0);
     row.predicted = law;
     row.predicted_max = std::max(row.predicted_max, std::fabs(law));
-    if (start_holds || i > 0 || row.law != dae::DriftLaw::none)  // a projection works from the first step on
+    if (start_holds || i > 0 || row.law != dae::DriftLaw::none)  // a projection acts from the first step on
       row.remainder = std::max(row.remainder, std::fabs(value - law));
     row.largest = std::max(row.largest, std::fabs(value));
   }
@@ -99,19 +99,19 @@ DriftRow measure(const Invariant& invariant, const std::vector<double>& t, const
   return row;
 }
 
-/// Two digits, and nothing below the rounding of the terms: the same text on every processor.
+/// Two digits, and 0 below the rounding of the terms, so that the text is the same on every processor.
 std::string shown(double value, const DriftRow& row) {
   return std::fabs(value) <= rounding * row.scale ? "0" : rounded(value, 2);
 }
 
-/// A bound: two digits, rounded up.
+/// An upper bound with two digits.
 std::string below(double value, const DriftRow& row) {
   if (std::fabs(value) <= rounding * row.scale) return "the rounding level";
   const double unit = std::pow(10.0, std::floor(std::log10(value)) - 1);
   return rounded(std::ceil(value / unit) * unit, 2);
 }
 
-/// "C₁′(0) = 0.1" for whatever does not vanish at the start.
+/// "C₁′(0) = 0.1" for each condition that the start violates.
 std::string broken_conditions(const DriftRow& row) {
   std::vector<std::string> parts;
   for (std::size_t k = 0; k < row.start.size(); ++k)

@@ -8,8 +8,9 @@ namespace pendula::integrate {
 namespace {
 
 constexpr double accuracy = 1e-10;
-constexpr int low = 5, high = 9;  // points of a piece: a degree that suffices mostly, and one for high orders
-constexpr int deepest = 20;       // halvings
+// points of a piece: a degree that usually suffices, and one for high orders
+constexpr int low = 5, high = 9;
+constexpr int deepest = 20;  // halvings
 
 /// The k-th of `count` Chebyshev points of (0, 1), ascending, and its barycentric weight.
 /// Berrut, Trefethen, SIAM Rev. 46(3), 2004, (5.3).
@@ -55,8 +56,8 @@ class Sampler {
       scale_ = scale_.cwiseMax(stacked(problem_, solution.point(i)).cwiseAbs());
   }
 
-  /// above: the error of the interval of which this is a half. Where halving does not help, the numbers are
-  /// noise, such as that of Newton's method in z, and the piece is as good as they are.
+  /// above: the error on the interval of which this is a half. If halving does not reduce it, the values
+  /// contain noise, such as that of Newton's method in z, and the piece is accepted.
   void add(double from, double to, int depth, double above) {
     double wrong = 0;
     for (const int count : {low, high}) {
@@ -77,8 +78,8 @@ class Sampler {
  private:
   Vec at(double t) const { return stacked(problem_, solution_.at(t)); }
 
-  /// The largest error between the points and near the ends, where a polynomial is
-  /// worst; of the largest size.
+  /// The largest error, relative to the largest value, between the points and near the ends, where
+  /// interpolation is worst.
   double error_of(const Piece& piece) const {
     double worst = 0;
     for (const double s : {0.002, 0.27, 0.62, 0.998}) {
@@ -124,7 +125,7 @@ std::vector<Piece> pieces_of(const Solution& solution) {
   try {
     for (std::size_t i = 1; i < ends.size(); ++i) sampler.add(ends[i - 1], ends[i], 0, 0);
   } catch (const UserFacing&) {
-    return {};  // the steps are forgotten, or there is nothing between the points
+    return {};  // the steps were not kept, or there is nothing between the points
   }
   return std::move(sampler.pieces);
 }

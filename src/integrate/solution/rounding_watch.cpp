@@ -12,7 +12,7 @@
 namespace pendula::integrate {
 namespace {
 
-/// M/h + J at a point.
+/// The matrix M/h + J at a point.
 class StepMatrix {
  public:
   StepMatrix(Problem& problem, const Point& at) : entries_(at_point(problem, at)), values_(entries_.size()) {
@@ -36,8 +36,8 @@ class StepMatrix {
     solver_.solve(right.data());
     e = right;
   }
-  /// A⁻¹ (F(y + δ) - F(y) - J δ), δ a few units in the last place: what the rounding errors of a residual
-  /// become. Errors that rows share, since they share terms, stay the same in them.
+  /// A⁻¹ (F(y + δ) - F(y) - J δ) for δ of a few units in the last place: the effect of the rounding errors of
+  /// a residual. Terms that several rows share contribute the same error to all of them.
   std::vector<double> rounding(Problem& problem, const Point& at) {
     const auto size = static_cast<std::size_t>(problem.n() + problem.m());
     std::vector<double> before(size), after(size);
@@ -89,7 +89,7 @@ RoundingWatch::RoundingWatch(const Problem& problem, const Tolerances& tolerance
 }
 
 void RoundingWatch::after(Problem& problem, const Point& before, const Point& here, long steps) {
-  constexpr int parts = 8;  // of the time since the last look: (1 + λ Δ/8)⁻⁸ for e^(-λ Δ)
+  constexpr int parts = 8;  // of the time since the last inspection: (1 + λ Δ/8)⁻⁸ for e^(-λ Δ)
   const auto size = static_cast<std::size_t>(problem.n() + problem.m());
   next_ = 2 * steps;
   StepMatrix matrix(problem, here);

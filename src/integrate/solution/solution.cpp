@@ -78,7 +78,7 @@ Point Solution::final() const {
   return point(size() - 1);
 }
 
-/// ": the run stopped at t = 0.98: why", where it did not reach the end that was asked for.
+/// ": the run stopped at t = 0.98: why" if it did not reach the requested end.
 std::string Solution::why_it_ends() const {
   if (outcome_.ending == Ending::event) return "; an event ended it";
   return outcome_.ending == Ending::stopped ? "; it " + outcome_.message : "";
@@ -165,7 +165,7 @@ std::string Solution::str() const {
               used, table.str(2));
 }
 
-/// Every step keeps its tolerance, and where nothing damps their errors all of them are left at the end.
+/// A warning about accumulated errors: every step keeps its tolerance, but undamped errors add up.
 std::string Solution::errors_text() const {
   constexpr double many = 100;  // tolerances, as sol:check() judges
   if (stats_.rest)

@@ -10,7 +10,7 @@
 namespace pendula::integrate {
 namespace {
 
-/// The largest of the entries in tolerances of these values.
+/// The largest entry of v, in tolerances of the given values.
 double size_of(const Vec& v, const Vec& values, const Tolerances& tolerances) {
   return largest_share(static_cast<int>(v.size()), v.data(), values.data(), tolerances.atol.data(),
                        tolerances.rtol.data());
@@ -38,7 +38,7 @@ void Standstill::after(const Point& point, double left) {
 
 std::optional<double> Standstill::rest(const Point& end) const {
   constexpr double visible = 10;        // tolerances, at the end
-  constexpr double accelerated = 1000;  // times what the speed would have made
+  constexpr double accelerated = 1000;  // times the distance at constant speed
   if (rest_ || still_.x.size() == 0) return rest_;
   const Vec moved = end.x - still_.x;
   const bool left = size_of(moved, still_.x, tolerances_) > accelerated * still_.way;

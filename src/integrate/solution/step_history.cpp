@@ -123,7 +123,7 @@ double StepHistory::cut(double t) {
   return mesh_.t().back();
 }
 
-/// A point that was asked for.
+/// A requested point.
 static Point saved_at(const Points& saved, double t) {
   const double rounding = 4 * std::numeric_limits<double>::epsilon() *
                           std::max(std::fabs(saved.t().front()), std::fabs(saved.t().back()));
@@ -151,7 +151,8 @@ Point StepHistory::at(const Points& saved, double t) {
   if (step.modes >= 0) modes_[step.modes].problem->set_modes(modes_[step.modes].values);
   Point out;
   steppers_[step.stepper]->interpolate(view_, t, Detail::full, out);
-  if (step.modes >= 0) modes_.back().problem->set_modes(modes_.back().values);  // the run may not be over
+  // the run may still be in progress
+  if (step.modes >= 0) modes_.back().problem->set_modes(modes_.back().values);
   return out;
 }
 

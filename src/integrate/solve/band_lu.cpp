@@ -15,7 +15,7 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 constexpr int padded(int count) { return (count + 3) / 4 * 4; }
 
-/// What elimination works on; row k begins at a[k · parts · width].
+/// The storage of the elimination; row k begins at a[k · parts · width].
 struct Band {
   int n, below, width;
   double *a, *multiplier, *inverse, *scale;
@@ -36,10 +36,10 @@ template <int parts>
   return parts == 1 ? std::fabs(*a) : std::fabs(*a) + std::fabs(a[b.width]);
 }
 
-/// The pivot of step k, rows scaled to largest entries of 1 in the mind: the diagonal unless another is more
-/// than a tenth larger (Laplacians, where all are about equal, keep their band). Not less: with multipliers
-/// well above 1, what decays along the band is cancelled to rounding, not to zero, and large models are never
-/// quiet (active_subsystem.hpp).
+/// The pivot of step k, with rows implicitly scaled to largest entries of 1: the diagonal unless another
+/// entry is larger by a tenth. (Laplacians, with nearly equal entries, keep their band.) A smaller threshold
+/// would admit multipliers well above 1; components that decay along the band would then cancel to rounding
+/// instead of zero, and no part of a large model would ever be at rest (active_subsystem.hpp).
 template <int parts>
 [[gnu::always_inline]] inline int pivot(const Band& b, int k, double& largest) {
   constexpr double threshold = 0.9;
@@ -128,7 +128,8 @@ template <int parts>
       b.last[k + d] = std::max(b.last[k + d], b.last[k]);
     }
     b.reach = std::max(b.reach, b.last[k] - k);
-    double* u = b.row<parts>(k) + b.below;  // divided by the pivot: a solution waits for one product less
+    // divided by the pivot, which shortens the dependency chain of solutions by a product
+    double* u = b.row<parts>(k) + b.below;
     for (int j = 1; j <= count; ++j) {
       if constexpr (parts == 1) {
         u[j] *= re;
@@ -218,7 +219,7 @@ bool BandLU<Scalar>::factorise(const Scalar* values) {
   return regular;
 }
 
-/// f(count), where the compiler knows small counts.
+/// Calls f with a compile-time constant for small counts.
 template <class F>
 static void with_count(int count, F f) {
   switch (count) {
@@ -243,7 +244,7 @@ static void with_count(int count, F f) {
   }
 }
 
-// Behind the last unknown stand as many zeros as a row is long: no step has to look where the matrix ends.
+// The last unknown is followed by as many zeros as a row is long, so that no step has to check for the end.
 
 template <>
 void BandLU<double>::solve(double* b) {
@@ -263,7 +264,7 @@ void BandLU<double>::solve(double* b) {
     for (int k = n_ - 1; k >= 0; --k) {
       const double* u = rows_.data() + static_cast<std::ptrdiff_t>(k) * width_ + order_->below;
       double sum = y[k];
-      for (int j = reach; j > 0; --j) sum -= u[j] * y[k + j];  // the newest last
+      for (int j = reach; j > 0; --j) sum -= u[j] * y[k + j];  // the most recent value last
       y[k] = sum;
     }
   });

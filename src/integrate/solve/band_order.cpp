@@ -11,7 +11,7 @@ namespace {
 
 std::size_t slot(int i) { return static_cast<std::size_t>(i); }
 
-/// Lists of numbers, one behind the other.
+/// Lists of numbers, stored consecutively.
 struct Lists {
   std::vector<int> first, item;
   Lists(int n, const std::vector<Position>& pairs) : first(slot(n) + 1, 0), item(pairs.size()) {
@@ -25,7 +25,7 @@ struct Lists {
   int size(int i) const { return first[slot(i) + 1] - first[slot(i)]; }
 };
 
-/// The row of every column; diagonal entries where that is possible.
+/// A matching of rows to columns that prefers the diagonal.
 class Matching {
  public:
   Matching(int n, const std::vector<Position>& positions)
@@ -46,7 +46,7 @@ class Matching {
   bool complete = true;
 
  private:
-  /// A path from a row without a column to a column without a row, depth first.
+  /// Searches depth first for an augmenting path from an unmatched row to an unmatched column.
   bool augment(int start, long& left) {
     struct Place {
       int row;
@@ -88,8 +88,8 @@ class Matching {
   std::vector<int> column_of_, seen_;
 };
 
-/// Breadth first from a vertex, neighbours of few neighbours first; appended to `order`. The first vertex of
-/// the last level.
+/// Breadth-first search from a vertex, neighbours by ascending degree; appends to `order`. Returns a vertex
+/// of minimal degree in the last level.
 int walk(const Lists& graph, int from, std::vector<int>& order, std::vector<char>& seen) {
   std::size_t level = order.size(), done = level;
   order.push_back(from);
@@ -134,7 +134,7 @@ std::vector<int> cuthill_mckee(int n, const Lists& graph) {
 std::optional<BandOrder> found(int n, const std::vector<Position>& positions) {
   const Matching matching(n, positions);
   if (!matching.complete) return {};
-  std::vector<int> vertex(slot(n));  // of a row: its column
+  std::vector<int> vertex(slot(n));  // the column matched to each row
   for (int j = 0; j < n; ++j) vertex[slot(matching.row_of[slot(j)])] = j;
   std::vector<Position> edges;
   for (const Position& p : positions) {

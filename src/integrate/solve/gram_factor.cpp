@@ -61,7 +61,7 @@ void GramFactor::order(const std::vector<Position>& positions) {
   for (int k = 0; k < rows_; ++k) place_[list.indices()[k]] = k;
 }
 
-/// The pattern of L, and for every product of two entries of one of its columns where it is subtracted.
+/// Computes the pattern of L and the targets of the updates by products of two entries of a column.
 void GramFactor::fill(std::vector<std::vector<int>> below) {
   start_.assign(1, 0);
   for (std::size_t k = 0; k < below.size(); ++k) {
@@ -71,7 +71,7 @@ void GramFactor::fill(std::vector<std::vector<int>> below) {
     entry_row_.insert(entry_row_.end(), column.begin(), column.end());
     start_.push_back(static_cast<int>(entry_row_.size()));
     if (column.empty()) continue;
-    auto& next = below[column[0]];  // the parent takes over the rest
+    auto& next = below[column[0]];  // the parent inherits the remaining rows
     next.insert(next.end(), column.begin() + 1, column.end());
   }
   for (const auto& column : below)
@@ -81,7 +81,7 @@ void GramFactor::fill(std::vector<std::vector<int>> below) {
     }
 }
 
-/// Where L(i, j), i > j, is.
+/// The index of L(i, j), i > j.
 int GramFactor::slot(int i, int j) const {
   const auto first = entry_row_.begin() + start_[j], last = entry_row_.begin() + start_[j + 1];
   return rows_ + static_cast<int>(std::lower_bound(first, last, i) - entry_row_.begin());

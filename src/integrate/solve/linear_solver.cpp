@@ -16,18 +16,18 @@
 namespace pendula::integrate {
 namespace {
 
-// bench/linear.cpp. Code is made when it would have saved, so far, about what making it costs: it is
-// never the dearer choice by more than that. Up to 60 unknowns that is a millisecond or less, and the
-// code is remembered: made at once. Beyond, pivots and the code of Newton's iterations, real and complex,
-// take 9 ms (80 unknowns, three diagonals) … 60 ms (400 unknowns, or grids), and save 5 … 20 µs a
-// factorisation with its solutions.
+// Factorisations after which code is generated (bench/linear.cpp): as many as would have saved the cost of
+// the code, so that the total is at most twice the optimum. Up to 60 unknowns that cost is a millisecond or
+// less and the code is cached, so it is generated at once. Above, pivots and code of Newton iterations, real
+// and complex, cost 9 ms (80 unknowns, three diagonals) … 60 ms (400 unknowns, or grids), and save 5 … 20 µs
+// per factorisation with its solutions.
 constexpr int dense_always = 60;
 long often(int n) { return n <= dense_always ? 12 : std::min(static_cast<long>(n) * n / 4, 1500L); }
 
-/// The most operations with which code still beats dense elimination, α n³ + β n² (in units of 0.25 ns, what
-/// one operation of code takes): loops run vectorised there.
+/// The number of operations up to which code beats vectorised dense elimination, α n³ + β n² (in units of
+/// 0.25 ns, the time of one operation of code).
 std::size_t worthwhile(int n, bool complex) {
-  constexpr std::size_t most = 80'000;  // beyond, it leaves the caches
+  constexpr std::size_t most = 80'000;  // larger code does not fit into the caches
   constexpr int tiny = 10;
   if (n <= tiny) return most;
   const double cube = static_cast<double>(n) * n * n, square = static_cast<double>(n) * n;
@@ -48,7 +48,7 @@ constexpr bool is_complex = std::is_same_v<Scalar, std::complex<double>>;
 double size_of_entry(double a) { return std::fabs(a); }
 double size_of_entry(std::complex<double> a) { return std::fabs(a.real()) + std::fabs(a.imag()); }
 
-// CAUTION: the operators of std::complex look for infinities on every product; these do not.
+// CAUTION: the operators of std::complex check every product for infinities; these do not.
 double times(double a, double b) { return a * b; }
 std::complex<double> times(std::complex<double> a, std::complex<double> b) {
   return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
@@ -74,8 +74,7 @@ void subtract_row(std::complex<double>* row, std::complex<double> factor, const 
   }
 }
 
-/// How often matrices of one pattern have been factorised, in all runs: fits and sweeps solve the same system
-/// again and again.
+/// Counts the factorisations of one pattern over all runs: fits and sweeps solve the same system repeatedly.
 using Use = PatternUse;
 std::shared_ptr<Use> use_of(int n, const std::vector<Position>& positions, bool complex) {
   codegen::Key key{static_cast<std::uint32_t>(n), complex};
@@ -92,7 +91,7 @@ std::shared_ptr<Use> use_of(int n, const std::vector<Position>& positions, bool 
   return made;
 }
 
-// KLU's functions for real and complex matrices under one name.
+// KLU's functions for real and complex matrices under common names.
 klu_numeric* klu_start(double* ax, int* ap, int* ai, klu_symbolic* s, klu_common* c) {
   return klu_factor(ap, ai, ax, s, c);
 }
@@ -121,11 +120,11 @@ void klu_apply(klu_symbolic* s, klu_numeric* f, int n, std::complex<double>* b, 
 
 }  // namespace
 
-/// Compressed columns and KLU's objects.
+/// Compressed columns and the objects of KLU.
 template <class Scalar>
 struct LinearSolver<Scalar>::Sparse {
   std::vector<int> column_start, row;
-  std::vector<int> target;  ///< of every position: where its value is added
+  std::vector<int> target;  ///< of every position: the index to which its value is added
   std::vector<Scalar> values;
   klu_common common{};
   klu_symbolic* symbolic = nullptr;
@@ -282,8 +281,8 @@ void LinearSolver<Scalar>::analyse(int n, const std::vector<Position>& positions
   pivot_.assign(size, 0);
 }
 
-/// Code that exists is used from the first matrix on; it is made when the system has
-/// proved to be factorised often.
+/// Existing code is used from the first matrix on; it is generated once the pattern has
+/// been factorised often.
 template <class Scalar>
 bool LinearSolver<Scalar>::factorise_straight(const Scalar* values) {
   constexpr int most_plans = 4;
@@ -310,7 +309,7 @@ bool LinearSolver<Scalar>::plan(const Scalar* values) {
                                         is_complex<Scalar>, worthwhile(n_, is_complex<Scalar>));
   next_plan_ = std::max(2 * count_, often(n_));
   ++plans_;
-  if (!plan && use_) use_->next_plan = 10 * use_->count + 1000;  // too long: not again in the next run
+  if (!plan && use_) use_->next_plan = 10 * use_->count + 1000;  // too long; not tried again soon
   if (!plan) return false;
   straight_.insert(straight_.begin(), std::move(*plan));
   if (straight_.size() > codegen::StraightLU::most_remembered) straight_.pop_back();
@@ -336,8 +335,8 @@ bool LinearSolver<Scalar>::factorise_by_rows(const Scalar* values) {
   return band_ ? band_->factorise(values) : factorise_dense(values);
 }
 
-/// A pivot that looks lost beside its row may be the unit of an unknown: multipliers of constraints between
-/// lengths in nanometres. Columns of entries near 1 tell.
+/// A second attempt with scaled columns. A pivot that is lost relative to its row may be due to the unit of
+/// an unknown, as for multipliers of constraints between lengths in nanometres.
 template <class Scalar>
 bool LinearSolver<Scalar>::factorise_by_columns(const Scalar* values) {
   std::vector<double> sizes(positions_.size());
@@ -351,7 +350,7 @@ bool LinearSolver<Scalar>::factorise_by_columns(const Scalar* values) {
   return true;
 }
 
-/// P A = L U by rows; the scaled pivot decides, and a pivot that is rounding of its row means "singular".
+/// P A = L U by rows with scaled pivoting. A pivot at the rounding level of its row means "singular".
 template <class Scalar>
 bool LinearSolver<Scalar>::factorise_dense(const Scalar* values) {
   const int n = n_;
@@ -387,7 +386,7 @@ bool LinearSolver<Scalar>::factorise_dense(const Scalar* values) {
       std::swap(row_scale_[k], row_scale_[best]);
     }
     const Scalar reciprocal = inverse(a[k * n + k]);
-    a[k * n + k] = reciprocal;  // the diagonal holds 1/uₖₖ
+    a[k * n + k] = reciprocal;  // the diagonal stores 1/uₖₖ
     for (int i = k + 1; i < n; ++i) {
       Scalar& factor = a[i * n + k];
       if (factor == Scalar(0)) continue;

@@ -27,7 +27,7 @@ void scales(const Mat& J, Vec& row, Vec& column) {
   }
 }
 
-constexpr Eigen::Index small = 64;  // above, Eigen's blocks pay
+constexpr Eigen::Index small = 64;  // above, Eigen's blocked algorithm is faster
 
 }  // namespace
 
@@ -41,7 +41,7 @@ bool ScaledLU::factorise(const Mat& J) {
   return smallest > static_cast<double>(J.rows()) * eps;
 }
 
-/// By columns, with the pivots of lu_; zeros, of which Jacobians are full, cost nothing.
+/// Elimination by columns, with the pivots of lu_. Zeros, frequent in Jacobians, are skipped.
 bool ScaledLU::factorise_small() {
   const Eigen::Index n = matrix_.rows();
   pivot_.resize(static_cast<std::size_t>(n));
@@ -101,7 +101,7 @@ void ScaledLU::null_vectors(const Mat& J, Vec& right, Vec& left) {
   left /= left.cwiseAbs().maxCoeff();
 }
 
-/// max |rᵢ| / (the size of its terms), with the Jacobian at hand; remembers the worst equation.
+/// max |rᵢ| relative to the size of its terms, by the current Jacobian; stores the worst equation.
 double Newton::measure(const Vec& w) {
   double largest = 0;
   worst_ = 0;
@@ -122,7 +122,8 @@ double Newton::measure(const Vec& w) {
   return largest;
 }
 
-/// A correction in units of w: components much smaller than the largest are not allowed to dominate.
+/// The norm of a correction relative to w; components much smaller than the largest are
+/// prevented from dominating.
 double Newton::length(const Vec& step, const Vec& w) const {
   const double floor = 1e-3 * w.lpNorm<Eigen::Infinity>() + std::numeric_limits<double>::min();
   double largest = 0;
@@ -131,8 +132,8 @@ double Newton::length(const Vec& step, const Vec& w) const {
   return std::isfinite(largest) ? largest : std::numeric_limits<double>::infinity();
 }
 
-/// The correction is no longer than what rounding of the equations' terms leads to: a constraint known to
-/// ε|q| gives velocities to ε|q|/Δt, whatever the size of these.
+/// Is the correction explained by the rounding of the equations' terms? A constraint known to ε|q| determines
+/// velocities to ε|q|/Δt, whatever their size.
 bool Newton::is_rounding(const Vec& w) {
   measure(w);
   for (int attempt = 0; attempt < 2; ++attempt) {
@@ -152,10 +153,10 @@ Newton::Trial Newton::search(Equations& equations, Vec& w) {
     equations.residual(trial_, trial_r_);
     if (!trial_r_.allFinite()) continue;
     lu_.solve(trial_r_, simplified_);
-    // Lengths in units of one point, or a step away from w = 0 could never be judged.
+    // Both norms relative to the same point; otherwise no step away from w = 0 could be accepted.
     const double before = length(step_, trial_), after = length(simplified_, trial_);
-    // Quadratic convergence would leave nothing after so short a correction: what is left is rounding, and
-    // rounding is not monotone.
+    // After so short a correction quadratic convergence would leave nothing. The rest is rounding, which does
+    // not decrease monotonically.
     const bool noise = lambda == 1 && before <= stagnation_level && after > before / 4;
     if (!noise && after > (1 - lambda / 4) * before) continue;
     w.swap(trial_);
@@ -201,7 +202,8 @@ NewtonResult Newton::solve(Equations& equations, Vec& w) {
     if (trial == Trial::settled) return finish(Outcome::converged);
     if (trial == Trial::failed)
       return finish(now <= stagnation_level || is_rounding(w) ? Outcome::converged : Outcome::diverged);
-    if (measure(w) <= rounding_level) return finish(Outcome::converged);  // with the old Jacobian: saves one
+    // with the old Jacobian, which saves a new one
+    if (measure(w) <= rounding_level) return finish(Outcome::converged);
   }
   return finish(Outcome::diverged);
 }

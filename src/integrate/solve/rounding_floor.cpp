@@ -20,7 +20,7 @@ RoundingFloor::RoundingFloor(std::vector<int> index, int states) : index_(std::m
   }
 }
 
-/// ε (|∂F_i/∂t t| + Σ |∂F_i/∂y_j y_j|) with signs of three patterns, solved for.
+/// The effect on the unknowns of errors ε (|∂F_i/∂t t| + Σ |∂F_i/∂y_j y_j|), with three random sign patterns.
 void RoundingFloor::measure(const Matrix& A, const double* y, const double* xdot) {
   const std::size_t size = index_.size();
   std::vector<double> terms = A.time_terms, right(size);

@@ -1,5 +1,5 @@
-// Newton's iteration of a multistep step: Jacobian, factorisation, corrections, and
-// what is left of the residual.
+// Newton's iteration of a multistep step: Jacobian, factorisation, corrections, and checks of
+// the remaining residual.
 #include <algorithm>
 #include <cmath>
 
@@ -57,10 +57,9 @@ void BdfStepper::solve(double* right) {
   for (std::size_t k = 0; k < rows_.column_scale.size(); ++k) right[k] *= rows_.column_scale[k];
 }
 
-/// Were the last corrections of an iteration that did not converge, or the error
-/// that was too large, rounding?
+/// Are the last corrections of a diverging iteration, or a too large error estimate, explained by rounding?
 RoundingFloor::Answer BdfStepper::at_rounding(double length) {
-  constexpr double sums = 100;  // what differences and sums over the steps make of it
+  constexpr double sums = 100;  // amplification by differences and sums over the steps
   std::vector<double> slopes(static_cast<std::size_t>(n()));
   for (std::size_t k = 0; k < slopes.size(); ++k) slopes[k] = (attempt_.psi[k] + attempt_.d[k]) / attempt_.c;
   const auto answer = rounding_.look(
@@ -73,8 +72,8 @@ RoundingFloor::Answer BdfStepper::at_rounding(double length) {
   return answer;
 }
 
-/// Do x′ and the residual of the last iteration belong to a step that is nearly solved? A measured
-/// contraction below ½ says so too: the Jacobian is right to a factor of two.
+/// Do x′ and the residual of the last iteration belong to a nearly solved step? A measured contraction below
+/// ½ is sufficient as well, since the Jacobian is then accurate to a factor of two.
 bool BdfStepper::plausible() {
   if (check_.empty()) return true;
   check_.begin();
@@ -82,7 +81,7 @@ bool BdfStepper::plausible() {
   return check_.plausible(dt_, attempt_.scale, jacobian_.entries);
 }
 
-/// F at y⁰ + d to r.
+/// Evaluates F at y⁰ + d into r.
 void BdfStepper::residual_at_end() {
   double* at = problem_->unknowns();
   for (int k = 0; k < N_; ++k) {
@@ -93,8 +92,8 @@ void BdfStepper::residual_at_end() {
   ++stats_.evaluations;
 }
 
-/// A Jacobian that is far too large, from before the end of a stiff phase or from where an exponential was
-/// huge, makes corrections tiny: is a residual left that would be seen without it?
+/// A Jacobian that is far too large, from before the end of a stiff phase or from a point with a huge
+/// exponential, makes corrections tiny. Is there a residual that would be visible without it?
 bool BdfStepper::is_hidden() {
   const auto visible = [&](const std::vector<double>& F) {
     return determined_ && !jacobian_.fresh &&
@@ -107,8 +106,8 @@ bool BdfStepper::is_hidden() {
   return check_.stagnates(attempt_.r.data(), 1) && !is_corrected();
 }
 
-/// By the Jacobian at y⁰ + d, what is left is rounding, or its correction within what the iteration may
-/// leave. Then the correction is added, and that Jacobian is the one at hand from now on.
+/// Judges the residual by the Jacobian at y⁰ + d: is it rounding, or its correction within the tolerance of
+/// the iteration? In the second case the correction is applied and that Jacobian is kept.
 bool BdfStepper::is_corrected() {
   const std::vector<double> F = attempt_.r;
   const std::vector<double>& entries = problem_->jacobian();
@@ -132,7 +131,7 @@ bool BdfStepper::is_corrected() {
   return true;
 }
 
-/// F(t, y⁰ + d, (ψ + d)/c) = 0 for d.
+/// Solves F(t, y⁰ + d, (ψ + d)/c) = 0 for d.
 BdfStepper::Newton BdfStepper::newton(double t) {
   problem_->set_time(t);
   double* at = problem_->unknowns();
@@ -160,7 +159,8 @@ BdfStepper::Newton BdfStepper::newton(double t) {
     const double length = scaled_norm(attempt_.r.data(), 1);
     iteration_.length = length;
     const double rate = iteration_.count > 1 ? length / before : 0;
-    const bool negligible = length <= 1e-3 * iteration_.tolerance;  // whatever the rate: rounding has none
+    // at any rate of convergence, since rounding has none
+    const bool negligible = length <= 1e-3 * iteration_.tolerance;
     if (iteration_.count > 1 && !negligible &&
         (rate >= 1 ||
          std::pow(rate, most_corrections - iteration_.count) / (1 - rate) * length > iteration_.tolerance))
@@ -178,7 +178,7 @@ BdfStepper::Newton BdfStepper::newton(double t) {
   return Newton::slow;
 }
 
-/// Newton's iteration with the Jacobian at hand, and once more with a new one.
+/// Newton's iteration with the current Jacobian, then with a new one.
 BdfStepper::Newton BdfStepper::solve_step(double t) {
   Newton result = Newton::not_finite;
   for (int attempt = 0; attempt < 2 && result != Newton::converged; ++attempt) {

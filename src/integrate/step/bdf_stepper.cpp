@@ -16,15 +16,15 @@ constexpr std::array<double, 6> kappa = {0, -0.1850, -1.0 / 9, -0.0823, -0.0415,
 constexpr std::array<double, 6> harmonic = {0, 1, 1.5, 11.0 / 6, 25.0 / 12, 137.0 / 60};
 
 double alpha(int k) { return (1 - kappa[k]) * harmonic[k]; }
-/// The errors of a multistep method have one sign over many small steps and add up, where those of a one-step
-/// method are few and mixed: the tolerance per step is a fifth of what was asked for, so that all methods
-/// reach about the same global error (tests/integrate/run/detest_test.lua).
+/// In a multistep method the errors of many small steps have one sign and add up; those of a one-step method
+/// are fewer and of mixed signs. The tolerance per step is therefore a fifth of the requested one, so that
+/// all methods reach about the same global error (tests/integrate/run/detest_test.lua).
 constexpr double strictness = 5;
 
 double error_constant(int k) { return strictness * (kappa[k] * harmonic[k] + 1.0 / (k + 1)); }
 
-/// Differences for a step of `factor` h from those for h: the values of the polynomial at -i·factor as
-/// differences of it at 0, -1, … (ibid., §2.2).
+/// Transforms differences for steps of size h to those for `factor` h: the polynomial at -i·factor, expressed
+/// by its differences at 0, -1, … (ibid., §2.2).
 Mat difference_matrix(int k, double factor) {
   Mat R = Mat::Ones(k + 1, k + 1);
   R.col(0).tail(k).setZero();
@@ -70,15 +70,15 @@ BdfStepper::BdfStepper(ProblemPtr problem, int highest_order, std::vector<int> i
 void BdfStepper::start(const Point& point, double end) {
   here_ = point;
   determined_ = std::all_of(index_.begin(), index_.end(), [](int i) { return i == 1; });
-  determined_ = determined_ && rhs_.settle(here_);  // else x′ and z as the start gives them
+  determined_ = determined_ && rhs_.settle(here_);  // otherwise x′ and z as given by the start
   const double longest = std::min(end - here_.t, limits_.dt_max);
   dt_ = limits_.dt_first;
   if (dt_ <= 0) {
     ErrorSum slope;
     for (int i = 0; i < n(); ++i) slope.add(here_.xdot[i] / weight(i, std::fabs(here_.x[i])));
-    // Nowhere more than a thousandth of what is left: where x is at rest its slope says
-    // nothing, and a step to where it is at rest again, from one border of max(0, sin t) to the
-    // next, has no error that could be seen.
+    // At most a thousandth of the rest of the interval. If x is at rest, its slope contains no
+    // information, and a step to the next point of rest, from one border of max(0, sin t) to the next, has
+    // no visible error.
     const double d1 = n() > 0 ? slope.norm(n()) : 0, most_of_all = 1e-3 * longest;
     dt_ = visible(d1 * most_of_all > 0.5 ? 0.5 / d1 : most_of_all, longest);
   }
@@ -95,9 +95,9 @@ void BdfStepper::start(const Point& point, double end) {
   z_slopes_known_ = m() == 0 || !determined_;
 }
 
-/// A first step, of whose z no slope is known, must not change z by more than its tolerance,
-/// and is lost beside t where z changes fast. Then: a longer one, with a difference for the
-/// slopes; false if there is none.
+/// While no slope of z is known, the first step must not change z by more than its tolerance; if z changes
+/// fast, it becomes too small relative to t. This function replaces it by a longer step whose slopes of z
+/// come from a difference; false if that is impossible.
 bool BdfStepper::predict_algebraic(double end) {
   constexpr double longer = 1e6;  // than the smallest visible one
   if (z_slopes_known_) return false;
@@ -110,7 +110,7 @@ bool BdfStepper::predict_algebraic(double end) {
   return true;
 }
 
-/// The differences for a step size `factor` times as large.
+/// Transforms the differences to a step size `factor` times as large.
 void BdfStepper::rescale(double factor) {
   const Mat RU = difference_matrix(history_.order, factor) * difference_matrix(history_.order, 1);
   Eigen::Map<Mat> all(history_.differences.data(), N_, history_.order + 1);
@@ -143,7 +143,7 @@ void BdfStepper::update_differences() {
   }
 }
 
-/// Fewer iterations than allowed are a sign that the step may be longer.
+/// Reduced by the number of iterations used: fewer iterations allow longer steps.
 double BdfStepper::safety_factor() const {
   return 0.9 * (2 * most_corrections + 1) / (2 * most_corrections + iteration_.count);
 }
@@ -225,9 +225,8 @@ void BdfStepper::step(double end) {
   }
 }
 
-/// To be repeated with a step of this part of its size. The Jacobian belongs to the end that
-/// was predicted, which another size moves: along z, which may change fast, far enough to be of
-/// no use, or to be far too large.
+/// Prepares a repetition with a step reduced by the factor. With algebraic unknowns the Jacobian is dropped:
+/// it belongs to the predicted end, and along z, which may change fast, that may be useless or far too large.
 void BdfStepper::reject(double factor) {
   ++stats_.rejected;
   rejected_ = true;
@@ -263,7 +262,7 @@ void BdfStepper::record(double* to) const {
   std::copy(last_.differences.begin(), last_.differences.end(), to);
 }
 
-/// The polynomial through the last k + 1 points by its backward differences.
+/// Evaluates the polynomial through the last k + 1 points by its backward differences.
 void BdfStepper::interpolate(const StepView& step, double t, Detail detail, Point& out) {
   if (t >= step.to.t) {
     out = step.to;

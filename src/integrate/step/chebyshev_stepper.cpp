@@ -32,8 +32,8 @@ void ChebyshevStepper::start(const Point& point, double end) {
   dt_ = limits_.dt_first > 0 ? limits_.dt_first : cautious_step(end);
 }
 
-/// The spectral radius of ∂x′/∂x by the power method on differences of x′, a little enlarged; it begins
-/// with what the last time has left.
+/// The spectral radius of ∂x′/∂x by the power method on differences of x′, slightly enlarged. Starts from the
+/// vector of the last call.
 void ChebyshevStepper::measure_spectrum() {
   constexpr int most = 50;
   constexpr double enlarged = 1.2, accurate = 0.01;
@@ -58,7 +58,7 @@ void ChebyshevStepper::measure_spectrum() {
   radius_ = enlarged * radius;
 }
 
-/// The step; false where an equation cannot be evaluated. out: x at its end.
+/// Computes a step; out: x at its end. False if an equation cannot be evaluated.
 bool ChebyshevStepper::compute(const Point& from, double dt, Point& out) {
   const Chebyshev& rk = method(Chebyshev::stages_for(dt * radius_));
   const double* f0 = from.xdot.data();
@@ -109,7 +109,7 @@ ChebyshevStepper::Attempt ChebyshevStepper::attempt(double dt) {
 }
 
 void ChebyshevStepper::step(double end) {
-  // The spectrum is looked at again after so many steps, and when a step fails.
+  // steps between estimates of the spectrum, which is estimated again after a failed step as well
   constexpr int often = 25, most_stages = 400;
   constexpr double fastest = 5, slowest = 10;
   if (since_spectrum_ >= often) measure_spectrum();

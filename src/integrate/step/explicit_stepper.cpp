@@ -12,8 +12,8 @@
 namespace pendula::integrate {
 namespace {
 
-/// out[k] = x[k] + h Σ aⱼ Kⱼ[k] from k on, `parts` vectors of neighbours at a time so that the sums stay in
-/// registers, as far as they go; the next k.
+/// out[k] = x[k] + h Σ aⱼ Kⱼ[k] from k on, in groups of `parts` adjacent vectors, so that the sums stay in
+/// registers. Returns the first k that is left.
 template <int parts, class Vector, class Row>
 [[gnu::always_inline]] inline int combined_wide(int k, int n, const double* x, double h, const Row& row,
                                                 const double* K, double* out) {
@@ -38,7 +38,7 @@ template <int parts, class Vector, class Row>
   return k;
 }
 
-/// Vector: as wide as the processor's registers; wider ones go through memory.
+/// Vector must be as wide as the processor's registers; wider ones are passed through memory.
 template <class Vector, class Row>
 [[gnu::always_inline]] inline void combined(int k, int n, const double* x, double h, const Row& row,
                                             const double* K, double* out) {
@@ -59,7 +59,7 @@ template <class Row>
                                           double* out) {
   combined<Four>(0, n, x, h, row, K, out);
 }
-/// The same bits, eight at a time.
+/// Bitwise the same result, eight numbers at a time.
 template <class Row>
 [[gnu::target("avx512f,avx2")]] void combine_avx512(int n, const double* x, double h, const Row& row,
                                                     const double* K, double* out) {
@@ -123,12 +123,12 @@ std::shared_ptr<const ExplicitStepper::Scheme> ExplicitStepper::scheme_of(const 
   return known.insert(rk, std::make_shared<const Scheme>(Scheme{rules, rows_of(*rk, rules.stiff_stage)}));
 }
 
-/// The parabola through the stages whose times are nearest to that of stage i, or less where
+/// Extrapolation to stage i by a parabola through the stages nearest in time, or by a lower degree if their
 /// times are too close to each other.
 ExplicitStepper::Row ExplicitStepper::prediction(const Tableau& rk, int i) {
   const auto& c = rk.c();
   constexpr std::size_t points = 3;
-  constexpr double apart = 0.01, most = 10;  // beyond that errors of the values count more than curvature
+  constexpr double apart = 0.01, most = 10;  // limit of Σ|factor|: beyond it, errors of the values dominate
   std::vector<int> order;
   for (int j = i - 1; j >= 0; --j) order.push_back(j);
   std::stable_sort(order.begin(), order.end(),
@@ -200,8 +200,8 @@ double ExplicitStepper::first_step(double end) {
   return integrate::first_step(cautious, steepest, here_.t, longest, controller_.rules().control_order);
 }
 
-/// The step as code, or all Kᵢ (and zᵢ), the state at its end and the error estimates;
-/// false if one cannot be evaluated.
+/// Computes a step, compiled or stage by stage: all Kᵢ (and zᵢ), the state at its end and the error
+/// estimates. False if something cannot be evaluated.
 bool ExplicitStepper::compute(const Point& from, double dt) {
   const int size = n(), zs = m(), stages = tableau_->stages();
   const bool ode = problem_->is_ode();
@@ -211,7 +211,7 @@ bool ExplicitStepper::compute(const Point& from, double dt) {
     double sum = 0;
     for (int k = 0; k < 2 * size; ++k) sum += end_.x[k] * 0;  // x and x′
     stats_.evaluations += controller_.rules().fsal ? stages - 1 : stages;
-    coded_ = sum == 0;  // else the loop below says which equation is not finite
+    coded_ = sum == 0;  // otherwise the loop below finds the equation that is not finite
     if (coded_) {
       in_vain_ = 0;
       return true;
@@ -239,12 +239,13 @@ bool ExplicitStepper::compute(const Point& from, double dt) {
   std::fill_n(behind_stages(1), 2 * size, 0.0);
   combine(size, behind_stages(1), dt, rows_.error, K, behind_stages(1));
   combine(size, behind_stages(2), dt, rows_.second_error, K, behind_stages(2));
-  constexpr int patience = 5;  // a linear system that needs pivots all along: each step would be made twice
+  // failures in succession; the linear system always needs pivoting, and each step would be computed twice
+  constexpr int patience = 5;
   if (code_ && ++in_vain_ == patience) code_.reset();
   return true;
 }
 
-/// Values of stage i to begin with, behind those of the stages so far.
+/// Predicts the values of stage i from those of the stages so far.
 void ExplicitStepper::predict(int i, int size, double* values) const {
   double* to = values + static_cast<std::ptrdiff_t>(i) * size;
   std::fill_n(to, size, 0.0);
@@ -262,7 +263,8 @@ double ExplicitStepper::error_norm() {
   if (coded_) {
     std::copy_n(end_.scaled, size, scaled_.data());
     const double share =
-        1.0 / std::max(size, 1);  // a factor, which is what code for lanes makes of a division by a constant
+        // multiplied by the reciprocal, like the lane code for a division by a constant
+        1.0 / std::max(size, 1);
     return combined(ErrorSum::norm(end_.sum * share, end_.largest, 1),
                     ErrorSum::norm(end_.second_sum * share, end_.second_largest, 1));
   }
@@ -274,13 +276,13 @@ double ExplicitStepper::error_norm() {
                   unresolved());
 }
 
-/// Whether the stages resolve a z that equations are not linear in: by the error estimate of ∫z dt beside the
-/// square root of the tolerances, and by its change beside the largest z so far. z does not act back on x,
-/// but where it swings between two stages, what it switches on may lie between them: the pulse of current
-/// that charges a capacitor behind a rectifier.
+/// Do the stages resolve a z in which the equations are nonlinear? Judged by the error estimate of ∫z dt
+/// relative to the square root of the tolerances, and by the change of z relative to its largest value so
+/// far. z does not act back on x, but if it oscillates between two stages, whatever it switches on may lie
+/// between them, such as the current pulse that charges a capacitor behind a rectifier.
 double ExplicitStepper::unresolved() {
   if (m() == 0 || rhs_.is_linear()) return 0;
-  constexpr double most = 0.5;  // of the largest z: a sine is seen six times in a period or more
+  constexpr double most = 0.5;  // of the largest z: a sine is sampled at least six times per period
   double largest = 0;
   for (int k = 0; k < m(); ++k) {
     const auto z = [&](int stage) { return stages_.Z.data()[stage * m() + k]; };
@@ -314,7 +316,7 @@ ExplicitStepper::Attempt ExplicitStepper::attempt(double dt) {
   return Attempt::rejected;
 }
 
-/// Projection, x′ and z at the new point.
+/// Projects the new point and computes x′ and z there.
 bool ExplicitStepper::complete() {
   const std::optional<bool> moved = coded_ && end_.near_conditions ? false : project(next_);
   if (!moved) return false;
@@ -332,7 +334,7 @@ bool ExplicitStepper::complete() {
   return false;
 }
 
-/// Of a complete step.
+/// The stiffness signs of a completed step.
 StepSigns<double> ExplicitStepper::signs(double dt) {
   StepSigns<double> signs;
   const ChangeSizes sizes = change_sizes(n(), next_.xdot.data(), here_.xdot.data(), next_.x.data(),
@@ -345,7 +347,7 @@ StepSigns<double> ExplicitStepper::signs(double dt) {
     return signs;
   }
   const int size = n();
-  double* difference = behind_stages(1);  // (x₁ - g)/h; the error estimate is not needed any more
+  double* difference = behind_stages(1);  // (x₁ - g)/h; the error estimate is no longer needed
   std::fill_n(difference, size, 0.0);
   combine(size, difference, 1, rows_.stiff, stages_.K.data(), difference);
   const double* K = stages_.K.data() + static_cast<std::ptrdiff_t>(controller_.rules().stiff_stage) * size;
@@ -401,7 +403,7 @@ void ExplicitStepper::interpolate(const StepView& step, double t, Detail detail,
   }
   if (problem_->projects()) problem_->project_if_needed(t, out.x, tolerances_.rtol, tolerances_.atol, 1e-3);
   if (detail == Detail::state) return;
-  out.xdot = step.to.xdot;  // where stages fail, polynomials through the ends of the step say nothing of z
+  out.xdot = step.to.xdot;  // where stages fail, interpolation between the ends cannot give z
   out.z = step.to.z;
   if (computed && !coded_)
     std::copy_n(stages_.Z.data() + static_cast<std::ptrdiff_t>(tableau_->stages() - 1) * m(), m(),

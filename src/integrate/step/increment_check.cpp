@@ -80,7 +80,7 @@ void IncrementCheck::add(const double* xdot, double unit, const double* F, std::
   }
 }
 
-/// The change of a row M x by the tolerances of x.
+/// The change of a row M x within the tolerances of x.
 double IncrementCheck::scale_of(const Row& row, std::span<const double> scale,
                                 std::span<const double> entries) const {
   double sum = 0;
@@ -97,7 +97,7 @@ bool IncrementCheck::plausible(double dt, std::span<const double> scale,
   return true;
 }
 
-/// The change of a row without x′ by the tolerance of the unknown of which it depends least.
+/// The change of a row without x′ within the tolerance of the unknown on which it depends least.
 double IncrementCheck::least_change(const Row& row, std::span<const double> scale,
                                     std::span<const double> entries) {
   double least = std::numeric_limits<double>::infinity();
@@ -141,7 +141,8 @@ bool IncrementCheck::stagnates(const double* F, std::ptrdiff_t stride) const {
 }
 
 bool IncrementCheck::stagnates(const double* F, const double* y, std::span<const double> entries) const {
-  constexpr double most = 0.3;  // Newton's step down an exponential leaves 1/e, one to a double root 1/4
+  // a Newton step on a decaying exponential leaves 1/e, one towards a double root 1/4
+  constexpr double most = 0.3;
   for (std::size_t i = 0; i < algebraic_.size(); ++i) {
     const double residual = std::fabs(F[algebraic_[i].row]);
     if (residual <= most * first_[i] || residual <= harmless_[i]) continue;
@@ -157,7 +158,8 @@ double IncrementCheck::rounding_of(const Row& row, const double* y, std::span<co
 }
 
 void IncrementCheck::set_harmless(const double* F, const double* y, std::span<const double> entries) {
-  constexpr double least = 2, roundings = 1024;  // what is more than rounding may be seen after one step
+  // larger residuals than rounding may appear in the following steps
+  constexpr double least = 2, roundings = 1024;
   constexpr int steps = 16;
   if (steps_known_ == 0) steps_known_ = steps;
   for (std::size_t i = 0; i < algebraic_.size(); ++i) {

@@ -2,9 +2,9 @@
 //
 //   err = ((γ/h) M + J)⁻¹ F(t₀, y, v),  v = -Σ eᵢ Zᵢ/h          filtered_error(); e is IrkFormula::error
 //
-// with y = y₀, and in the first step and after a rejection with y = y₀ + err. Here also: one more correction
-// at the end of a step, and the estimate without the matrix in front where that would hide the error
-// (docs/derivations.md#step-checks).
+// with y = y₀; in the first step and after a rejection a second time with y = y₀ + err. Also in this file: an
+// additional correction at the end of a step, and the undamped estimate for cases in which the matrix in
+// front would hide the error (docs/derivations.md#step-checks).
 #include <algorithm>
 #include <cmath>
 
@@ -22,8 +22,8 @@ double IrkStepper::filtered_error(const double* y) {
   std::copy_n(y + n(), m(), at + 2 * n());
   problem_->residual(error_.data());
   ++stats_.evaluations;
-  // The residual of a constraint in x alone belongs to the point the step begins at, and h⁻² of it would be
-  // seen in an index-3 multiplier however small the step.
+  // Constraints in x alone are left out: their residual belongs to the beginning of the step, and divided by
+  // h² it would dominate an index-3 multiplier in steps of any size.
   for (std::size_t k = 0; k < error_.size(); ++k) error_[k] = rows_.bare[k] ? 0 : -error_[k];
   matrices().real.solve(error_.data());
   ErrorSum sum;
@@ -31,18 +31,18 @@ double IrkStepper::filtered_error(const double* y) {
   return std::max(sum.norm(N_), 1e-10);
 }
 
-/// The error in units of the tolerance. A matrix that is far off, or that of a solution which grows fast,
-/// damps the estimate whatever the step does: then it is taken without the matrix.
+/// The error in tolerances. The matrix in front of the estimate damps it excessively if the matrix is
+/// inaccurate or belongs to a fast growing solution; then the undamped estimate is used.
 double IrkStepper::error_norm(double dt, bool again) {
   const double norm = damped_error_norm(dt, again);
   if (!(norm < 1) || check_.empty() || rounding_.has_multipliers()) return norm;
   return check_.undamped_norm(norm, error_.data(), f().gamma / dt, scales_.scale, jacobian_.entries);
 }
 
-/// Where the equations have become less stiff along the step than the Jacobian at hand says, a matrix that
-/// is far too large makes corrections and error estimates tiny. Over a step much longer than the last, and
-/// where a residual is left that would be seen without the matrix: one more correction of the last stage,
-/// with the Jacobian there; its norm.
+/// The norm of an additional correction of the last stage with the Jacobian there. Where stiffness decreases
+/// along the step, the Jacobian in use is far too large and makes corrections and error estimates tiny.
+/// Computed in steps much longer than the last one, and where a residual is left that would be visible
+/// without the matrix; otherwise 0.
 double IrkStepper::correction_at_end(double dt) {
   constexpr double longer = 2;
   const bool due = determined_ && last_.dt > 0 && (iteration_.wary > 0 || dt > longer * last_.dt);
@@ -82,7 +82,7 @@ double IrkStepper::correction_at_end(double dt) {
   for (int k = 0; k < N_; ++k) sum.add(error_[k] / scales_.scale[k]);
   const double norm = sum.norm(N_);
   if (stagnates && norm < 1) check_.set_harmless(work_.residual.data(), work_.transformed.data(), entries);
-  constexpr int calm = 4;  // steps until a surprise is forgotten
+  constexpr int calm = 4;  // steps until a large correction is forgotten
   if (norm >= 1)
     iteration_.wary = calm;
   else if (norm < 0.1 && iteration_.wary > 0)
@@ -90,7 +90,7 @@ double IrkStepper::correction_at_end(double dt) {
   return std::isfinite(norm) ? norm : 0;
 }
 
-/// M/gh + J of these entries, apart from the matrices of the iteration.
+/// Factorises M/gh + J separately from the matrices of the iteration.
 bool IrkStepper::factorise_apart(const std::vector<double>& entries, double gh) {
   for (std::size_t k = 0; k < entries.size(); ++k)
     shifted_.real[k] = rows_.in_mass[k] ? entries[k] / gh : entries[k];
@@ -99,21 +99,21 @@ bool IrkStepper::factorise_apart(const std::vector<double>& entries, double gh) 
   return jacobian_.end.factorise(shifted_.real.data());
 }
 
-/// A method with |R(∞)| = 1, as Gauss's are, keeps the errors of stiff components from step to step, and an
-/// estimate from the stages of one step does not see them. But the equations do: such a component follows
-/// from the others, and the distance of its end from there is (γ/h M + J)⁻¹ F(t₁, y₁, v), v the slope that
-/// the collocation polynomial ends with (work_.velocity). Where nothing is stiff, a distance of many
-/// tolerances is left by a pulse at the end, where such a method has no stage.
+/// The error of stiff components at the end of a step by a method with |R(∞)| = 1, such as Gauss. Such
+/// methods do not damp it, and the embedded estimate does not contain it. The equations determine these
+/// components from the others, and the distance from that value is (γ/h M + J)⁻¹ F(t₁, y₁, v), v the slope of
+/// the collocation polynomial at the end (work_.velocity). Without stiffness, a distance of many tolerances
+/// is due to a pulse at the end, where such a method has no stage.
 double IrkStepper::stiff_error_at_end(double dt) {
-  constexpr double stiff = 0.3;   // of the distance without the matrix
-  constexpr double pulse = 0.02;  // 50 tolerances; the estimate and this distance are both of order s + 1
+  constexpr double stiff = 0.3;   // relative to the distance without the matrix
+  constexpr double pulse = 0.02;  // 50 tolerances; both estimates are of order s + 1
   if (f().stiffly_accurate || !determined_ || rounding_.has_multipliers()) return 0;
   ErrorSum without;
   for (int k = 0; k < n(); ++k)
     without.add((next_.xdot[k] - work_.velocity[k]) * dt / f().gamma / scales_.scale[k]);
   const double undamped = without.norm(N_);
   if (!(stiff * undamped >= 1)) return 0;
-  if (matrices().code) {  // it has factors of its own
+  if (matrices().code) {  // the compiled step keeps its own factors
     shift(f().gamma / dt);
     if (!matrices().real.factorise(shifted_.real.data())) return 0;
   }
@@ -129,10 +129,10 @@ double IrkStepper::stiff_error_at_end(double dt) {
   return norm;
 }
 
-/// The end moves by the stiff part of what stiff_error_at_end() has found: kept below the tolerance,
-/// errors of ±δ in every step still act on the rest by δ² where the equations are not linear. ((γ/h
-/// M + J)⁻¹ J)ᵏ leaves stiff parts as they are and takes (hλ/γ)ᵏ of the others, which the order of the
-/// method is better than; linear invariants stay.
+/// Subtracts the stiff part of the error found by stiff_error_at_end(). Even below the tolerance, errors of
+/// ±δ in every step act on the other components by δ² if the equations are nonlinear. ((γ/h M + J)⁻¹ J)ᵏ
+/// preserves stiff components and reduces the others to (hλ/γ)ᵏ of their size, beyond the order of the
+/// method; it keeps linear invariants.
 void IrkStepper::release_stiff_error(double dt) {
   constexpr int powers = 3;
   if (problem_->projects()) return;
@@ -160,7 +160,7 @@ double IrkStepper::damped_error_norm(double dt, bool again) {
                  n());
   double norm = filtered_error(y_.data());
   if (norm < 1 || !again) return norm;
-  // The first estimate of a very stiff component is too large: once more from y₀ + err.
+  // The first estimate of a very stiff component is too large; it is repeated from y₀ + err.
   std::vector<double>& moved = work_.transformed;
   for (std::size_t k = 0; k < size; ++k) moved[k] = y_[k] + error_[k];
   const double second = filtered_error(moved.data());

@@ -1,18 +1,18 @@
-// Looks between the stages of an implicit step (pulse_watch.hpp).
+// Inspection of an implicit step between its stages (pulse_watch.hpp).
 #include <algorithm>
 
 #include "integrate/step/irk_stepper.hpp"
 
 namespace pendula::integrate {
 
-/// The collocation polynomial at this part of the step: its value and the slope of x.
+/// Evaluates the collocation polynomial at a share of the step: its value, and the slope of x.
 void IrkStepper::polynomial(double part, double dt, double* value, double* slope) const {
   const auto& c = f().c;
   std::copy_n(y_.data(), N_, value);
   std::fill_n(slope, n(), 0.0);
   for (int i = 0; i < f().s; ++i) {
     double l = part / c[i],
-           derivative = 1 / part;  // of the polynomial that is 1 at cᵢ, 0 at 0 and the others
+           derivative = 1 / part;  // of the polynomial that is 1 at cᵢ and 0 at 0 and at the other nodes
     for (int j = 0; j < f().s; ++j) {
       if (j == i) continue;
       l *= (part - c[j]) / (c[i] - c[j]);
@@ -24,7 +24,7 @@ void IrkStepper::polynomial(double part, double dt, double* value, double* slope
   }
 }
 
-/// Of z in units of a tenth of its swing, of x in tolerances: the larger of the two.
+/// The motion missed between the stages: the larger of z in tenths of its range and x in tolerances.
 double IrkStepper::missed_between_stages(double dt) {
   constexpr int looks = 5;
   if (m() == 0 || rhs_.is_linear()) return 0;
@@ -46,8 +46,9 @@ double IrkStepper::missed_between_stages(double dt) {
   }));
 }
 
-/// x′ and z do not follow from (t, x): a correction of (x, z) as in the iteration, ((γ/h) M + J)⁻¹ F with the
-/// Jacobian there; false if it is not one. The residual of a constraint in x alone belongs to the stages.
+/// For equations that do not determine x′ and z from (t, x): one correction of (x, z) as in the iteration,
+/// ((γ/h) M + J)⁻¹ F with the Jacobian at that point; false if it does not reduce the residual. Constraints
+/// in x alone hold at the stages only and are left out.
 bool IrkStepper::corrected_there(double t, double dt, const double* y, Vec& xdot, Vec& z) {
   const double gh = dt / f().gamma;
   const auto residual = [&](const double* x) {
@@ -74,7 +75,7 @@ bool IrkStepper::corrected_there(double t, double dt, const double* y, Vec& xdot
 
 /// e = ((γ/h) M + J)⁻¹ γ M δ, δ = missed.
 bool IrkStepper::filter_missed(double dt, const Vec& missed, std::vector<double>& e) {
-  if (matrices().code) {  // it has factors of its own
+  if (matrices().code) {  // the compiled step keeps its own factors
     shift(f().gamma / dt);
     if (!matrices().real.factorise(shifted_.real.data())) return false;
   }

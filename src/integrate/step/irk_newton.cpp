@@ -1,4 +1,4 @@
-// The Newton iterations of an implicit step: Jacobian, factorisations, starting values, stages.
+// Newton's iteration of an implicit step: Jacobian, factorisations, starting values, stages.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -10,7 +10,7 @@
 
 namespace pendula::integrate {
 
-/// The last stage of a step of this size, by its starting values.
+/// The last stage of a step of this size, as predicted by the starting values.
 Point IrkStepper::expected_end(double dt) {
   predict(dt, degree_continued(dt));
   const double* end = Z_.data() + Z_.size() - static_cast<std::size_t>(N_);
@@ -24,7 +24,7 @@ Point IrkStepper::expected_end(double dt) {
 bool IrkStepper::evaluate_jacobian(double ahead) {
   jacobian_.entries.swap(jacobian_.before);
   jacobian_.fresh = true;
-  int row = -1;  // of an infinite entry
+  int row = -1;  // row of an infinite entry
   const auto take = [&](const Point& at) {
     problem_->set_point(at.t, at.x.data(), at.xdot.data(), at.z.data());
     jacobian_.entries = problem_->jacobian();
@@ -41,8 +41,8 @@ bool IrkStepper::evaluate_jacobian(double ahead) {
   return jacobian_.entries.size() == rows_.positions.size();
 }
 
-/// The step as straight-line code with the pivots at hand; false: no code, or the
-/// pivots do not suit all its matrices.
+/// Compiles the step with the present pivots. False if there is no code or the pivots do not
+/// suit all matrices.
 bool IrkStepper::use_code(double dt, bool now) {
   const codegen::StraightLU* pivots = matrices().real.straight();
   if (!pivots) return false;
@@ -54,7 +54,7 @@ bool IrkStepper::use_code(double dt, bool now) {
   return matrices().code != nullptr;
 }
 
-/// Code for the first formula, with the Jacobian at the start.
+/// Compiles code for the first formula, with the Jacobian at the start.
 void IrkStepper::prepare_code() {
   constexpr int small = 60;
   if (N_ > small || matrices().code || !evaluate_jacobian()) return;
@@ -96,14 +96,14 @@ bool IrkStepper::factorise_pairs(double dt) {
   return regular;
 }
 
-/// The polynomial of the last step is continued. Extrapolated, it multiplies what Newton's iteration
-/// left by Σ |lⱼ|, of seven stages by 10⁷ where steps grow fivefold: behind an iteration that began
-/// farther away than the step is long, or where the Jacobian is another one, and failed, the highest
-/// degree that multiplies by less is taken for some steps. 0: none. Equations without x′ whose Jacobian
-/// is constant bear any starting value; others are left at the last point then, since runs that come to
-/// where they are singular must come close.
+/// The degree of the polynomial that continues the last step. Extrapolation multiplies the errors of
+/// Newton's iteration by Σ |lⱼ|, for seven stages and fivefold growth of the step by 10⁷. After a failure,
+/// following an iteration that began farther away than the step is long or with another Jacobian, the
+/// largest tolerable degree is used for some steps; 0 means none. Equations without x′ whose Jacobian is
+/// constant tolerate any starting value; the others then start from the last point, so that runs can
+/// approach a singularity closely.
 int IrkStepper::degree_continued(double dt) {
-  constexpr double far = 300;  // tolerances. Measured: 100 and 1000 are as good, 10 costs a tenth more
+  constexpr double far = 300;  // tolerances; measured: 100 and 1000 are as good, 10 costs a tenth more
   if (last_.dt == 0 || last_.distrusted) return 0;
   const IrkFormula& old = *formulas_[last_.level];
   const double ratio = dt / last_.dt, theta = 1 + f().c.back() * ratio;
@@ -141,17 +141,17 @@ void IrkStepper::start_iteration(double dt) {
   if (code) code->set(Z_.data());
 }
 
-/// Starting values of Z: the collocation polynomial of the last step continued, or
-/// one of lower degree near it.
+/// Starting values of Z: the collocation polynomial of the last step, or a
+/// lower-degree approximation, continued.
 void IrkStepper::predict(double dt, int degree) {
   const auto size = static_cast<std::size_t>(N_);
   if (degree == 0) {
     std::fill(Z_.begin(), Z_.end(), 0.0);
-    for (int i = 0; i < f().s; ++i)  // equations that are not linear in x′ need x′ to begin with
+    for (int i = 0; i < f().s; ++i)  // equations nonlinear in x′ need a start for x′
       for (int k = 0; k < n(); ++k) Z_[i * size + k] = f().c[i] * dt * here_.xdot[k];
     return;
   }
-  // The Lagrange polynomials add up to 1: p(θ) - y₀ = Σ lⱼ(θ) Zⱼ - (y₀ - its value at the old start).
+  // Since the Lagrange polynomials sum to 1, p(θ) - y₀ = Σ lⱼ(θ) Zⱼ - (y₀ - its value at the old start).
   const IrkFormula& old = *formulas_[last_.level];
   work_.lagrange.resize(static_cast<std::size_t>(old.s) + 1);
   for (int i = 0; i < f().s; ++i) {
@@ -221,14 +221,14 @@ void IrkStepper::solve_stages() {
   mix(f().T, work_.transformed, work_.R);
 }
 
-/// F of the last stage in the last iteration, and its stride.
+/// F of the last stage in the last iteration, and the distance between its entries.
 std::pair<const double*, std::ptrdiff_t> IrkStepper::last_residual() {
   if (CompiledNewtonStep* code = matrices().code.get())
     return {code->stage_of_last_iteration(f().s - 1).residual, CompiledNewtonStep::lanes};
   return {work_.residual.data(), 1};
 }
 
-/// Do the slopes and residuals of the last iteration belong to a step that is nearly solved?
+/// Do the slopes and residuals of the last iteration belong to a nearly solved step?
 bool IrkStepper::plausible(double dt) {
   if (check_.empty()) return true;
   if (CompiledNewtonStep* code = matrices().code.get()) {
@@ -241,7 +241,7 @@ bool IrkStepper::plausible(double dt) {
   return check_.plausible(dt, scales_.scale, jacobian_.entries);
 }
 
-/// Z ← Z + ΔZ; ‖ΔZ‖, NaN where an equation is not finite.
+/// Z ← Z + ΔZ. Returns ‖ΔZ‖, NaN if an equation is not finite.
 double IrkStepper::iterate(double dt) {
   const auto size = static_cast<std::size_t>(N_);
   if (!residuals(dt)) return NAN;
@@ -293,7 +293,8 @@ IrkStepper::Newton IrkStepper::newton(double dt) {
       check_.set_first(F, stride);
     }
     before = std::max(length, eps);
-    // One iteration tells nothing about its own contraction: far away, that of the last step is not trusted.
+    // A first iteration does not measure its contraction; far from the solution that of the last step
+    // is not reliable.
     const bool measured = iteration_.count > 1 || length <= 1;
     if (measured && iteration_.contraction * length <= iteration_.tolerance && plausible(dt))
       return Newton::converged;
@@ -301,11 +302,11 @@ IrkStepper::Newton IrkStepper::newton(double dt) {
   }
 }
 
-/// Were the last corrections of an iteration that did not converge, or the error
-/// that was too large, rounding?
+/// Are the last corrections of a diverging iteration, or a too large error estimate, explained by rounding?
 RoundingFloor::Answer IrkStepper::at_rounding(double dt, double length) {
-  constexpr double stages = 100;  // what transformations and sums over the stages make of it; seen: 4 … 45
-  if (matrices().code) {          // it has factors of its own
+  // amplification by transformations and sums over the stages; measured: 4 … 45
+  constexpr double stages = 100;
+  if (matrices().code) {  // the compiled step keeps its own factors
     shift(f().gamma / dt);
     if (!matrices().real.factorise(shifted_.real.data())) return RoundingFloor::Answer::no;
   }

@@ -11,7 +11,7 @@
 namespace pendula::integrate {
 namespace {
 
-constexpr double order_up = 0.002, order_down = 0.8;  // contraction
+constexpr double order_up = 0.002, order_down = 0.8;  // limits of the contraction
 constexpr double order_quotient_low = 0.8, order_quotient_high = 1.2;
 
 }  // namespace
@@ -70,9 +70,10 @@ void IrkStepper::use(int level) {
   prepare_tolerances();
 }
 
-/// The estimate is of order s, the method of order 2s - 1: its tolerance is 0.1 tol^((s+1)/(2s)), as in
-/// RADAU. But where stiffness reduces the order to that of the stages, s, error and estimate are alike: it is
-/// not more than forty times the tolerance (at 1e-6 that changes nothing; HIRES at 1e-12: 4e-9 without).
+/// Tolerances of the error estimate. The estimate has order s, the method order 2s - 1, hence 0.1
+/// tol^((s+1)/(2s)) as in RADAU. Where stiffness reduces the order to s, that of the stages, error and
+/// estimate are of similar size; therefore at most forty times the tolerance. (No effect at 1e-6; without it
+/// HIRES at 1e-12 has an error of 4e-9.)
 void IrkStepper::prepare_tolerances() {
   constexpr double most = 40;
   const bool high_index = std::any_of(index_.begin(), index_.end(), [](int i) { return i > 1; });
@@ -81,7 +82,7 @@ void IrkStepper::prepare_tolerances() {
   scales_.atol = tolerances_.atol;
   double smallest = 1;
   for (int i = 0; i < N_; ++i) {
-    // atol alone where rtol is 0: the same law, relative to 1
+    // where rtol is 0, the same law for atol, relative to 1
     const double given = tolerances_.rtol[i] > 0 ? tolerances_.rtol[i] : tolerances_.atol[i];
     const double relaxed = std::min({0.1 * std::pow(given, power), 0.1, most * given});
     const double inner = f().s > 1 && !high_index ? relaxed : given;
@@ -89,7 +90,7 @@ void IrkStepper::prepare_tolerances() {
     scales_.atol[i] *= inner / given;
     smallest = std::min(smallest, inner);
   }
-  // An iteration error in a constraint enters an index-3 multiplier times h⁻².
+  // an index-3 multiplier contains the iteration error of a constraint times h⁻²
   const int index = index_.empty() ? 1 : *std::max_element(index_.begin(), index_.end());
   const double loosest = std::pow(0.1, index - 1) * std::min(0.03, std::sqrt(smallest));
   iteration_.tolerance = std::max(10 * eps / smallest, loosest);
@@ -110,7 +111,7 @@ void IrkStepper::start(const Point& point, double end) {
   if (here_.xdot.size() == 0) here_.xdot = Vec::Zero(n());
   if (here_.z.size() == 0) here_.z = Vec::Zero(m());
   determined_ = std::all_of(index_.begin(), index_.end(), [](int i) { return i == 1; });
-  determined_ = determined_ && rhs_.settle(here_);  // else x′ and z as the start gives them
+  determined_ = determined_ && rhs_.settle(here_);  // otherwise x′ and z as given by the start
   control_.start();
   jacobian_.keep = jacobian_.fresh = false;
   jacobian_.factorised_for = 0;
@@ -126,14 +127,14 @@ void IrkStepper::start(const Point& point, double end) {
   prepare_code();
 }
 
-/// Order 9 from the start but for loose tolerances: on nine stiff problems it needs 5 … 25 % less time for
-/// 4 … 6 digits than order 5 first.
+/// Order 9 from the start except for loose tolerances: for 4 … 6 digits on nine stiff problems it takes 5 …
+/// 25 % less time than starting with order 5.
 int IrkStepper::first_level() const {
   constexpr double tight = 1e-4;
   return formulas_.size() > 1 && N_ > 0 && tolerances_.rtol.minCoeff() < tight ? 1 : 0;
 }
 
-/// next_ at the end of the step.
+/// Writes the end of the step to next_.
 void IrkStepper::end_step(double dt) {
   const auto size = static_cast<std::size_t>(N_);
   const int s = f().s;
@@ -161,7 +162,7 @@ void IrkStepper::end_step(double dt) {
   }
 }
 
-/// The new point; false if it is not finite or not on the constraints.
+/// Computes the new point; false if it is not finite or cannot be projected onto the constraints.
 bool IrkStepper::complete(double dt) {
   end_step(dt);
   if (!next_.x.allFinite() || !next_.z.allFinite() || !next_.xdot.allFinite()) return false;
@@ -197,7 +198,7 @@ void IrkStepper::step(double end) {
   for (int rejections = 0;; ++rejections) {
     poll_interrupt();
     if (rejections == suspicious_failures && check_.has_algebraic()) {
-      last_.distrusted = true;  // it may end, or go on, where the equations are of another size
+      last_.distrusted = true;  // the equations may be of another size where the step ends
       if (determined_ && settle_again(rhs_)) {
         begin_at_here();
         need_jacobian = true;
@@ -226,8 +227,8 @@ void IrkStepper::step(double end) {
       if (answer == RoundingFloor::Answer::accepted) outcome = Newton::converged;
     }
     if (outcome != Newton::converged) {
-      // Between here and the end a slope of the equations may double: with the slopes here the iteration then
-      // goes to and fro in steps of any size, with those behind the kink it converges.
+      // The slope of the equations may double between here and the end, as at a kink. With the slopes here
+      // the iteration then oscillates at any step size; with those after the kink it converges.
       constexpr int shortened = 3;
       ++iteration_.failures;
       iteration_.prediction.failed();
@@ -256,7 +257,7 @@ void IrkStepper::step(double end) {
   }
 }
 
-/// Fewer iterations than allowed are a sign that the step may be longer.
+/// Reduced by the number of iterations used: fewer iterations allow longer steps.
 double IrkStepper::safety_factor() const {
   constexpr double safety = PredictiveController::safety;
   const int most = most_iterations();
@@ -285,8 +286,8 @@ double IrkStepper::way_to_last_stage() const {
   return sum.norm(N_);
 }
 
-/// The step as it is accepted: step size and order of the next one. The size stays as it is when that saves
-/// factorisations.
+/// Accepts the step and chooses size and order of the next one. The size is kept if
+/// that saves factorisations.
 void IrkStepper::accept(double dt, double error, double end) {
   const double quotient = control_.quotient(dt, error, f().s + 1, safety_factor(), 1.0 / 8, 5);
   double proposed = control_.propose(dt, quotient);
@@ -328,7 +329,7 @@ void IrkStepper::choose_order(double change) {
   if (order_.level > 0 && order_.since_change >= 3 && iteration_.theta >= order_down)
     wanted = order_.level - 1;
   if (wanted == order_.level) return;
-  order_.next = wanted;  // step() changes over when the stages have been kept for the continuous extension
+  order_.next = wanted;  // changed in step(), once the stages have been stored for the continuous extension
 }
 
 std::size_t IrkStepper::record_size() const { return 3 + last_.y.size() + last_.Z.size(); }
@@ -359,7 +360,7 @@ void IrkStepper::interpolate(const StepView& step, double t, Detail detail, Poin
   out.xdot.resize(n());
   out.z.resize(m());
   for (int k = 0; k < N_; ++k) {
-    double value = y[k], slope = 0;  // the polynomials add up to 1
+    double value = y[k], slope = 0;  // the Lagrange polynomials sum to 1
     for (int j = 0; j < formula.s; ++j) {
       value += l[j + 1] * Z[j * N_ + k];
       slope += slopes[j + 1] * Z[j * N_ + k];
@@ -375,8 +376,8 @@ void IrkStepper::interpolate(const StepView& step, double t, Detail detail, Poin
   refine(step, static_cast<int>(level), t, out);
 }
 
-/// The method itself from the beginning of the step to t: of the order of the
-/// method, where that is affordable.
+/// Evaluates inside a step by a step of the method itself from its beginning to t, at the full order, if the
+/// model is small enough.
 void IrkStepper::refine(const StepView& step, int level, double t, Point& out) {
   constexpr int affordable = 150;
   if (formulas_[level]->s * N_ <= affordable) {
@@ -394,8 +395,8 @@ void IrkStepper::refine(const StepView& step, int level, double t, Point& out) {
   if (determined_) rhs_(t, out.x.data(), out.xdot.data(), out.z.data());
 }
 
-/// A step to t from the beginning of this one, to next_; its collocation polynomial gives the starting
-/// values, and Newton's iteration goes on until neighbours are as smooth as rounding lets them be.
+/// A step from the beginning of the given one to t, into next_. Starting values come from its collocation
+/// polynomial, and Newton's iteration continues to the rounding level so that neighbouring values are smooth.
 bool IrkStepper::reaches(const StepView& step, int level, double t) {
   constexpr double sharper = 1e-6;
   if (order_.level != level) use(level);

@@ -47,7 +47,7 @@ bool PulseWatch::is_due(const std::vector<double>& scale) const {
 
 double PulseWatch::look(const Step& step, const Equations& equations) {
   constexpr double share = 0.1, part = 1e-3, visible = 100;
-  constexpr double unknown = 2;  // the equations have no solution there: somewhat shorter
+  constexpr double unknown = 2;  // no solution of the equations there; asks for a somewhat shorter step
   Vec xdot(n_), z(static_cast<Eigen::Index>(in_step_.size()));
   missed_.setZero();
   double begin = 0, worst = 0;
@@ -59,7 +59,7 @@ double PulseWatch::look(const Step& step, const Equations& equations) {
       xdot = Eigen::Map<const Vec>(slope_.data(), n_);
       z = Eigen::Map<const Vec>(y_.data() + n_, z.size());
       if (!equations(step.t + at * step.dt, y_.data(), xdot, z)) return unknown;
-      const double simpson = (i % 2 == 1 ? 4 : 2) * width / 3;  // at the nodes nothing is missed
+      const double simpson = (i % 2 == 1 ? 4 : 2) * width / 3;  // the error is 0 at the nodes
       missed_ += simpson * (xdot - Eigen::Map<const Vec>(slope_.data(), n_));
       for (std::size_t k = 0; k < in_step_.size(); ++k) {
         const double size = std::max(std::fabs(in_step_[k].low), std::fabs(in_step_[k].high));

@@ -20,9 +20,9 @@ double RosenbrockStepper::error_norm() {
   return sum.norm(N_);
 }
 
-/// The estimate is a solution with the matrix at the beginning, which is far too large where stiffness ends
-/// within the step: then it says nothing, and neither did the stages. The same right side solved with the
-/// matrix at the end: its norm; 0 where it is seen without solving that it is small, or no other than before.
+/// The norm of the error estimate solved with the matrix at the end of the step. Where stiffness ends within
+/// the step, the matrix at the beginning is far too large and damps both stages and estimate. Returns 0 if
+/// the estimate is visibly small, or the matrix unchanged, without solving.
 double RosenbrockStepper::error_at_end(double dt) {
   const double gh = method_->gamma() * dt;
   if (!check_.is_visible(gh, at_end_.undamped.data(), at_end_.weights, entries_)) return 0;
@@ -36,14 +36,14 @@ double RosenbrockStepper::error_at_end(double dt) {
   return std::isfinite(norm) ? norm : 0;
 }
 
-/// The tolerances of the step.
+/// Sets the tolerances of the step.
 void RosenbrockStepper::set_weights() {
   for (int k = 0; k < N_; ++k)
     at_end_.weights[k] =
         weight(k, std::max(std::fabs(y_[k]), std::fabs(k < n() ? next_.x[k] : next_.z[k - n()])));
 }
 
-/// M/(γh) + J apart from the matrix of the stages.
+/// Factorises M/(γh) + J separately from the matrix of the stages.
 bool RosenbrockStepper::factorise_at_end(double gh, const std::vector<double>& entries) {
   for (std::size_t k = 0; k < entries.size(); ++k)
     matrix_[k] = rows_.in_mass[k] ? entries[k] / gh : entries[k];
@@ -59,8 +59,8 @@ void RosenbrockStepper::keep_jacobian(const Point& at, std::vector<double>& entr
   ++stats_.jacobians;
 }
 
-/// Does J e, e the estimated error, differ between beginning and end by more than the tolerances? In rows
-/// without x′: by more than a tenth of what the tolerances change.
+/// Does J e, with e the estimated error, change along the step by more than the tolerances? In rows without
+/// x′: by more than a tenth of their change within the tolerances.
 bool RosenbrockStepper::jacobian_has_changed(double gh) {
   constexpr double tenth = 0.1;
   std::fill(R_.begin(), R_.end(), 0.0);

@@ -1,4 +1,5 @@
-// Looks between the ends of a Rosenbrock step (pulse_watch.hpp): its stages hold no equations.
+// Inspection of a Rosenbrock step between its ends (pulse_watch.hpp), since its stages do not
+// solve the equations.
 #include <algorithm>
 #include <array>
 
@@ -6,8 +7,8 @@
 
 namespace pendula::integrate {
 
-/// The continuous extension of this record, (y₀, y₁, K₁ …), at this part of the
-/// step: its value and the slope of x.
+/// Evaluates the continuous extension of a record, (y₀, y₁, K₁ …), at a share of the step: its value, and the
+/// slope of x.
 void RosenbrockStepper::curve(const double* dense, double part, double dt, double* y, double* slope) const {
   const double u = part, v = 1 - u;
   const auto rows = method_->dense().rows();
@@ -23,8 +24,8 @@ void RosenbrockStepper::curve(const double* dense, double part, double dt, doubl
   }
 }
 
-/// Of z in units of a tenth of its swing, of x in tolerances, filtered as the error
-/// estimate is: the larger of the two.
+/// The motion missed inside the step: the larger of z in tenths of its range and x in tolerances, filtered
+/// like the error estimate.
 double RosenbrockStepper::missed_on_the_way(double dt) {
   constexpr int looks = 7;
   constexpr std::array<double, 1> end = {1};

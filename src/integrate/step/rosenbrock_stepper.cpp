@@ -16,13 +16,13 @@
 namespace pendula::integrate {
 namespace {
 
-/// Unknowns: beyond, the equations dominate, and choosing pivots takes long.
+/// unknowns; in larger models the equations dominate, and finding pivots takes long
 constexpr int largest_coded = 60;
 
 /// ∂F/∂t.
 struct TimeSlopes {
   codegen::Kernel kernel;
-  bool any;  ///< some are not 0, or are not known
+  bool any;  ///< whether some are nonzero or unknown
 };
 
 TimeSlopes time_slopes(const Problem& problem) {
@@ -34,7 +34,7 @@ TimeSlopes time_slopes(const Problem& problem) {
   return {codegen::Kernel(slopes, problem.arguments()), any};
 }
 
-/// The first row in which a factor of x′ is neither a number nor one of parameters; -1.
+/// The first row with a factor of x′ that depends on more than parameters, or -1.
 int row_without_constant_mass(const Problem& problem) {
   const int n = problem.n();
   const std::unordered_set<Expr> fixed(problem.model().p.begin(), problem.model().p.end());
@@ -106,7 +106,7 @@ void RosenbrockStepper::require_constant_mass() const {
 
 void RosenbrockStepper::start(const Point& point, double end) {
   here_ = point;
-  rhs_.settle(here_);  // else x′ and z as the start gives them
+  rhs_.settle(here_);  // otherwise x′ and z as given by the start
   control_.start();
   trouble_.clear();
   entries_at_ = NAN;
@@ -116,7 +116,7 @@ void RosenbrockStepper::start(const Point& point, double end) {
   prepare_code();
 }
 
-/// Code for whole steps, with pivots for the Jacobian at the start.
+/// Compiles code for whole steps, with pivots for the Jacobian at the start.
 void RosenbrockStepper::prepare_code() {
   if (N_ > largest_coded || code_) return;
   begin_step();
@@ -131,13 +131,13 @@ bool RosenbrockStepper::use_code() {
   return code_ != nullptr;
 }
 
-/// ∂F/∂t at a point; nothing to do where the code knows it. False if it is not finite.
+/// Evaluates ∂F/∂t at a point, unless the code does that; false if it is not finite.
 bool RosenbrockStepper::time_derivative(const Point& at) {
   if (!depends_on_time_ || (code_ && problem_->model().u.empty())) return true;
   problem_->set_point(at.t, at.x.data(), at.xdot.data(), at.z.data());
   if (problem_->model().u.empty()) {
     time_kernel_(problem_->values().data(), Ft_.data());
-  } else {  // inputs are known as functions of numbers only
+  } else {  // inputs may be functions of numbers only
     const double delta = 1e-8 * std::max(1e-5, std::fabs(at.t) + dt_);
     problem_->residual(R_.data());
     problem_->set_time(at.t + delta);
@@ -162,7 +162,7 @@ void RosenbrockStepper::begin_step() {
   }
 }
 
-/// A step of this size: the norm of its error, or NaN.
+/// Attempts a step of this size; returns the norm of its error, or NaN.
 double RosenbrockStepper::attempt(double dt) {
   if (!code_) return attempt_apart(dt);
   end_ = code_->run(*problem_, here_, dt, Ft_.data());
@@ -174,12 +174,12 @@ double RosenbrockStepper::attempt(double dt) {
     const double error = ErrorSum::norm(end_.sum, end_.largest, N_);
     if (std::isfinite(error)) return error;
   }
-  code_ = nullptr;  // these pivots do not suit, or something is not finite
+  code_ = nullptr;  // the pivots do not suit, or a value is not finite
   begin_step();
   return attempt_apart(dt);
 }
 
-/// An infinite ∂f/∂x, at the border of a domain, would hold the solution there.
+/// Requires finite entries: with an infinite ∂f/∂x at the border of a domain the solution would not move.
 bool RosenbrockStepper::jacobian_is_finite() {
   for (std::size_t k = 0; k < entries_.size(); ++k) {
     if (std::isfinite(entries_[k])) continue;
@@ -189,7 +189,7 @@ bool RosenbrockStepper::jacobian_is_finite() {
   return true;
 }
 
-/// The derivatives at the beginning of the step or, where they are infinite, beside it.
+/// Evaluates the derivatives at the beginning of the step or, where they are infinite, near it.
 bool RosenbrockStepper::linearise() {
   if (entries_at_ != here_.t) keep_jacobian(here_, entries_);
   if (jacobian_is_finite() && time_derivative(here_)) return true;
@@ -247,7 +247,7 @@ bool RosenbrockStepper::stages(double dt) {
   return true;
 }
 
-/// The new point and the coefficients of the dense output.
+/// Computes the new point and the coefficients of the dense output.
 void RosenbrockStepper::end_step(double dt) {
   const auto size = static_cast<std::size_t>(N_), rows = static_cast<std::size_t>(method_->dense().rows());
   next_.t = here_.t + dt;
@@ -271,7 +271,7 @@ void RosenbrockStepper::end_step(double dt) {
   for (int k = 0; k < n(); ++k) slope[k] /= dt;
 }
 
-/// The new point, on its conditions, with its x′; false if it is not finite or cannot be reached.
+/// Completes the new point by projection and x′; false if it is not finite or cannot be reached.
 bool RosenbrockStepper::complete(double dt) {
   end_step(dt);
   if (!next_.x.allFinite() || !next_.z.allFinite()) return false;
@@ -284,7 +284,7 @@ bool RosenbrockStepper::complete(double dt) {
 
 void RosenbrockStepper::step(double end) {
   constexpr double safety = PredictiveController::safety, smallest = 1.0 / 6, largest = 5, surprising = 3;
-  if (!code_) use_code();  // with other pivots than the code that did not suit
+  if (!code_) use_code();  // other pivots may suit where the previous ones did not
   begin_step();
   if (!time_derivative(here_)) code_ = nullptr;
   const int order = std::min(method_->order(), method_->embedded_order()) + 1;
@@ -337,7 +337,7 @@ void RosenbrockStepper::record(double* to) const {
   std::copy(last_.dense.begin(), last_.dense.end(), to);
 }
 
-/// The method itself from the beginning of the step to t: of its order, where that costs little.
+/// Evaluates inside a step by a step of the method itself from its beginning to t, if that is cheap.
 bool RosenbrockStepper::refine(const StepView& step, double t, Point& out) {
   if (!code_ || !time_derivative(step.from)) return false;
   const CompiledRosenbrockStep::End end = code_->run(*problem_, step.from, t - step.from.t, Ft_.data());

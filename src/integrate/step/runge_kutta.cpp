@@ -64,7 +64,7 @@ RungeKutta::RungeKutta(ProblemPtr problem, TableauPtr tableau, bool direct)
   Z_.setZero(problem_->m(), tableau_->stages());
 }
 
-/// The blocks on the diagonal of A, as small as possible: stages first … first + size - 1 are coupled.
+/// Finds the smallest diagonal blocks of A: stages first … first + size - 1 are coupled.
 void RungeKutta::find_blocks() {
   const Mat& A = tableau_->A();
   const int s = tableau_->stages();
@@ -78,8 +78,7 @@ void RungeKutta::find_blocks() {
 void RungeKutta::prepare_weights() {
   const int s = tableau_->stages();
   const Vec& c = tableau_->c();
-  // Least-squares polynomial of degree ≤ 3 through the stages: of higher degree it
-  // would amplify more than predict.
+  // A least-squares polynomial of degree ≤ 3 through the stages; a higher degree would amplify errors.
   const int terms = std::min(s, 4);
   const auto powers = [&](const Vec& at) {
     Mat V = Mat::Ones(at.size(), terms);
@@ -150,7 +149,7 @@ bool RungeKutta::can_extrapolate(const Point& from, double dt) const {
   return last_dt_ > 0 && last_end_ == from.t && std::fabs(dt - last_dt_) <= 1e-9 * dt;
 }
 
-/// Starting values of all stages: the polynomial of the last step continued, or the mesh point.
+/// Starting values of all stages: the polynomial of the last step continued, or the values at the mesh point.
 void RungeKutta::guess(const Point& from, double dt, bool extrapolate) {
   if (extrapolate && can_extrapolate(from, dt)) {
     K_.noalias() = last_K_ * extrapolation_.transpose();
@@ -216,8 +215,7 @@ void RungeKutta::solve_coupled(const Point& from, double dt, Block block) {
   const auto from_columns = [&](int i, const auto& xdot, const auto& z) { w_.segment(i * N, N) << xdot, z; };
   for (int i = 0; i < k; ++i) from_columns(i, K_.col(first + i), Z_.col(first + i));
   NewtonResult result = newton(w_);
-  if (!result.ok() &&
-      can_extrapolate(from, dt)) {  // the continued polynomial may mislead; the mesh point seldom does
+  if (!result.ok() && can_extrapolate(from, dt)) {  // the extrapolation may be poor; the mesh point seldom is
     for (int i = 0; i < k; ++i) from_columns(i, from.xdot, from.z);
     result = newton(w_);
   }
@@ -233,8 +231,7 @@ void RungeKutta::solve_coupled(const Point& from, double dt, Block block) {
   }
 }
 
-/// x′ and z of the stages as if x did not change on the way to them: a source may jump
-/// in the step, and diodes with it.
+/// x′ and z of the stages for constant x: a source may jump within the step, and diodes switch with it.
 bool RungeKutta::guess_at_stage_times(const Point& from, const Mat& base, const Vec& times) {
   if (direct_ || problem_->is_ode()) return false;
   const Eigen::Index n = problem_->n(), N = n + problem_->m();
@@ -254,7 +251,7 @@ bool RungeKutta::settle_from_afar(Point& point) {
   }
 }
 
-/// x′ and z at the new point.
+/// Computes x′ and z at the new point.
 void RungeKutta::complete(const Point& from, Point& to) {
   if (stiffly_accurate_ && !problem_->projects()) {  // the last stage is F(tₖ₊₁, xₖ₊₁, x′, z) = 0
     to.xdot = K_.rightCols(1);
@@ -300,7 +297,7 @@ void RungeKutta::report_undetermined(const Mat& J) const {
   Vec right, left;
   ScaledLU::null_vectors(J, right, left);
   constexpr double visible =
-      1e-6;  // of the largest component: what the rounding of an exact null vector stays below
+      1e-6;  // relative to the largest component; above the rounding of an exact null vector
   std::vector<std::string> unknowns, equations;
   for (int j = 0; j < right.size(); ++j) {
     if (std::fabs(right[j]) < visible) continue;

@@ -7,9 +7,9 @@
 namespace pendula::integrate {
 namespace {
 
-constexpr Eigen::Index most = 12;  // of a Krylov space; all eigenvalues of models that have no more
+constexpr Eigen::Index most = 12;  // dimension of a Krylov space; of smaller models all eigenvalues
 
-/// v ↦ D⁻¹ (∂x′/∂x) D v, D the sizes of the states: variables of any unit count alike.
+/// v ↦ D⁻¹ (∂x′/∂x) D v with D the sizes of the states, which makes the map independent of units.
 class ScaledJacobian {
  public:
   ScaledJacobian(RhsSolver& derivative, const Point& at)
@@ -59,7 +59,7 @@ std::optional<Mat> hessenberg(const ScaledJacobian& J, Eigen::Index n) {
       H.col(k).head(k + 1) += part;
     }
     const double left = w->norm();
-    constexpr double rounding = 1e-8;  // of the differences
+    constexpr double rounding = 1e-8;  // relative to the differences
     if (left <= rounding * size || k + 1 == most) return Mat(H.topLeftCorner(k + 1, k + 1));
     H(k + 1, k) = left;
     V.col(k + 1) = *w / left;
@@ -67,8 +67,8 @@ std::optional<Mat> hessenberg(const ScaledJacobian& J, Eigen::Index n) {
   return {};
 }
 
-/// D⁻¹ A D with rows and columns of equal length, D of powers of two: eigenvalues far below ‖A‖ are lost
-/// otherwise (Parlett & Reinsch, Numer. Math. 13, 1969).
+/// Balances A by D⁻¹ A D with powers of two to rows and columns of equal norm; otherwise eigenvalues far
+/// below ‖A‖ are lost (Parlett & Reinsch, Numer. Math. 13, 1969).
 void balance(Mat& A) {
   bool changed = true;
   for (int sweep = 0; changed && sweep < 20; ++sweep) {
@@ -116,7 +116,7 @@ std::optional<double> SpectralRadius::at(RhsSolver& derivative, const Point& at)
       Vec::NullaryExpr(n, [](Eigen::Index i) { return 1 + 0.5 * std::cos(1.7 * i); }).normalized();
   const bool begins = direction_.size() != n;
   if (begins) direction_ = any;
-  // what the last point has left may be a mode that no other one is coupled to, and slow by now
+  // the last direction may be a decoupled mode that has become slow
   direction_ += fresh * any;
   const ScaledJacobian J(derivative, at);
   double radius = 0;

@@ -28,7 +28,7 @@ double Stepper::cautious_step(double end) const {
 }
 
 bool Stepper::settle_again(RhsSolver& rhs) {
-  constexpr double visible = 0.01, near = 1000;  // tolerances; farther away may be another branch
+  constexpr double visible = 0.01, near = 1000;  // tolerances; a more distant solution may be another branch
   if (m() == 0) return false;
   Point there = here_;
   try {

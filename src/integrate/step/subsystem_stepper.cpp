@@ -10,7 +10,7 @@ SubsystemStepper::SubsystemStepper(ProblemPtr problem, std::shared_ptr<const Dep
       couplings_(std::move(couplings)),
       make_(std::move(make)) {}
 
-/// `from` is a point of the whole model.
+/// Continues with a part of `count` equations; `from` is a point of the whole model.
 void SubsystemStepper::enter(int count, const Point& from, double dt, double end) {
   count_ = count;
   Subsystem part(*couplings_, problem_, rest_, order_, count);

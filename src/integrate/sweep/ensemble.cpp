@@ -49,7 +49,7 @@ Ensemble::Ensemble(std::shared_ptr<const CompiledLaneStep> code, EnsemblePlan pl
   done_.reserve(2 * W);
 }
 
-/// Starts the next sets, as many as there are lanes; false: there is none.
+/// Starts up to one set per lane; false if there is none left.
 bool Ensemble::prepare_starts(EnsembleClient& client) {
   next_ready_ = 0;
   for (int l = 0; l < W_; ++l) {
@@ -80,14 +80,14 @@ void Ensemble::set_look_at(int l) {
       place < plan_.times.size() ? std::min(plan_.times[place] - rounding_, plan_.to) : plan_.to;
 }
 
-/// A lane without a set: steps of length 0.
+/// Idles a lane without a set by steps of length 0.
 void Ensemble::rest(int l) {
   set_[l] = -1;
   at(state_, code_->of(lane::end), l) = at(state_, lane::t, l);
   at(state_, lane::repeated, l) = 0;
 }
 
-/// The lane takes the next set that can be started.
+/// Loads the next set that can be started into the lane.
 void Ensemble::load(EnsembleClient& client, int l) {
   for (;;) {
     if (next_ready_ == W_ || ready_set_[next_ready_] < 0)
@@ -139,7 +139,7 @@ void Ensemble::flush(EnsembleClient& client) {
   done_.clear();
 }
 
-/// A lane that wants attention; state_ is the beginning of its step, out_ the end.
+/// Handles a lane that needs attention; state_ is the beginning of its step, out_ the end.
 void Ensemble::look(EnsembleClient& client, int l, std::vector<int>& free) {
   const auto lane_number = static_cast<std::size_t>(l);
   const int set = set_[lane_number];
@@ -186,7 +186,7 @@ void Ensemble::end_of(const Numbers& numbers, int l, Point& out) const {
   }
 }
 
-/// state_ is the beginning of the lane's step, out_ the end.
+/// Does the client reject the lane's step? state_ is its beginning, out_ its end.
 bool Ensemble::is_rejected(EnsembleClient& client, int l) {
   if (!(at(out_, lane::t, l) > at(state_, lane::t, l))) return false;
   end_of(state_, l, step_from_);

@@ -38,7 +38,7 @@ void PoleSigns::start(int run, double t, const double* x, const double* p) {
 void PoleSigns::look(int run, double t, const double* x, const double* p) {
   if (empty()) return;
   const auto at = runs_.find(run);
-  if (at == runs_.end()) return;  // given up since; its last points are on the way
+  if (at == runs_.end()) return;  // abandoned since; its last points are still arriving
   Run& r = at->second;
   evaluate(t, x, p);
   for (std::size_t i = 0; i < out_.size(); ++i)

@@ -48,8 +48,7 @@ void Sweep::open(Results results, bool complete) {
   complete_ = complete;
 }
 
-/// What the user asked for, or about a hundred times (of the mesh, where the steps
-/// are fixed), or the end alone.
+/// The saved times: those requested, or about a hundred (mesh points for fixed steps), or the end alone.
 void Sweep::choose_times(bool keep_ends) {
   const Plan& plan = request_.simulation.plan;
   const dae::FirstOrder form = dae::first_order(*request_.model);
@@ -59,7 +58,7 @@ void Sweep::choose_times(bool keep_ends) {
       if (!inputs_.count(leaf)) arguments_.push_back(leaf);
   std::vector<Expr> values;
   for (const auto& [leaf, value] : inputs_) values.push_back(value);
-  for (Expr leaf : leaves(values))  // parameters that only inputs contain
+  for (Expr leaf : leaves(values))  // parameters that occur only in inputs
     if (symbol_of(leaf).kind == Kind::parameter &&
         std::find(arguments_.begin(), arguments_.end(), leaf) == arguments_.end() &&
         std::find(form.p.begin(), form.p.end(), leaf) == form.p.end())
@@ -102,7 +101,7 @@ TrajectoryPtr Sweep::simulate_one(int run, const std::optional<std::vector<doubl
 
 TrajectoryPtr Sweep::trajectory(int run) const { return simulate_one(run, request_.simulation.plan.times); }
 
-/// The values of all leaves at the times that the run reached, then at its end.
+/// Writes the values of all leaves at the end of the run, then at the times that it reached.
 void Sweep::keep(const Trajectory& trajectory, const std::vector<double>& times, double* numbers) const {
   const Solution& solution = trajectory.solution();
   const std::size_t width = arguments_.size();
@@ -140,10 +139,10 @@ bool Sweep::run_all(SharedSlots& slots, const std::vector<double>& times, const 
   return (!on_lanes_ || run_on_lanes(slots, times, progress)) && run_singly(slots, times, progress);
 }
 
-/// False: interrupted. What lanes could not do is waiting afterwards.
+/// Runs sets on lanes; false if interrupted. Sets unsuitable for lanes stay in state `waiting`.
 bool Sweep::run_on_lanes(SharedSlots& slots, const std::vector<double>& times,
                          const Progress& progress) const {
-  // The first sets tell how long the others will take.
+  // The first sets show how long the others will take.
   const int tasks = slots.tasks(), first = request_.limit > 0 ? 0 : std::min(tasks, 8 * on_lanes_->lanes());
   const std::clock_t begin = std::clock();
   bool complete = true;
@@ -198,7 +197,7 @@ void Sweep::visit(const RunResults& results, std::span<const Expr> expressions, 
   const codegen::Kernel kernel(own, arguments_);
   std::vector<double> values(own.size());
   results.visit(place, [&](int run, const double*, const double* leaves) {
-    if (std::isnan(leaves[0])) return;  // it ended before
+    if (std::isnan(leaves[0])) return;  // the run ended before
     kernel(leaves, values.data());
     visitor(run, values.data());
   });
@@ -219,7 +218,7 @@ Mat Sweep::at_saved(std::span<const Expr> expressions, int number) const {
   return table(*results_, expressions, static_cast<std::size_t>(number) + 1);
 }
 
-/// Throws Error where t lies outside.
+/// Throws Error if t lies outside the interval.
 std::optional<std::size_t> Sweep::saved_place(double t) const {
   const Plan& plan = request_.simulation.plan;
   const double close =

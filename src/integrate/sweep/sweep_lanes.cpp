@@ -30,7 +30,7 @@ dae::StartRequest start_request(const SweepRequest& request, const SweepSet& set
   return start;
 }
 
-/// What in the request alone speaks against lanes.
+/// An objection to lanes that follows from the request alone.
 std::string objection(const SweepRequest& request) {
   const Simulation& s = request.simulation;
   const int runs = request.runs;
@@ -50,7 +50,7 @@ std::string objection(const SweepRequest& request) {
   return "";
 }
 
-/// What in the equations speaks against them.
+/// An objection that follows from the equations.
 std::string objection(const Problem& problem, const Plan& plan) {
   if (!problem.is_ode() || problem.m() > 0) return "the model is not an explicit ODE x′ = f(t, x)";
   if (problem.n() == 0) return "the model has no states";
@@ -63,7 +63,7 @@ std::string objection(const Problem& problem, const Plan& plan) {
   return "";
 }
 
-/// One run of the sweep as far as its method.
+/// One run of the sweep, set up to the choice of its method.
 struct Probe {
   ProblemSetup run;
   Plan plan;
@@ -87,7 +87,7 @@ std::optional<Probe> probe(const SweepRequest& request, int number) {
                         : choose(result.run.problem, simulation.method, result.plan, start);
     return result;
   } catch (const UserFacing&) {
-    return {};  // it will say so when it is run
+    return {};  // the run itself will report it
   }
 }
 
@@ -175,7 +175,7 @@ void LaneSweep::map_sets(const Problem& problem) {
                      problem.values().end());
   for (std::size_t j = 0; j < form.p.size(); ++j) p_.emplace_back(form.p[j], static_cast<int>(j));
   x_ = form.x;
-  // Where a start fixes the states of a model as it was written and nothing else, there is nothing to solve.
+  // A start that fixes exactly the states of an unreduced model needs no solution of equations.
   const auto plain = [&](const dae::StartRequest& start) {
     return start.fix.size() == x_.size() && std::all_of(x_.begin(), x_.end(), [&](Expr x) {
              return std::any_of(start.fix.begin(), start.fix.end(),
@@ -186,7 +186,7 @@ void LaneSweep::map_sets(const Problem& problem) {
                  !request_->own_starts && plain(start_request(*request_, request_->set(0)));
 }
 
-/// The sets of one worker.
+/// Supplies the sets of one worker.
 class LaneSweep::Client : public EnsembleClient {
  public:
   Client(const LaneSweep& sweep, SharedSlots& slots, TaskQueue& queue, int most,
@@ -238,7 +238,7 @@ class LaneSweep::Client : public EnsembleClient {
     end(run, SharedSlots::State::apart);
   }
   bool watches_steps() const override { return !watches_.front().is_empty(); }
-  /// Looks for a peak or a narrow switch that the step has jumped over: a run of its own goes back before it.
+  /// Rejects a step that has missed a peak or a narrow switch; the set is then run on its own.
   bool rejects(int lane, int run, const Point& from, const Point& to, const double* p) override {
     LaneWatch& watch = watches_[lane];
     if (watch.run != run) {
@@ -250,7 +250,7 @@ class LaneSweep::Client : public EnsembleClient {
     return watch.switches.passed(*watch.problem, from, to) ||
            watch.peaks.missed(watch.problem, from, to) != 0;
   }
-  /// Nothing of this worker is left running.
+  /// Returns the sets that this worker has not finished.
   void give_back() {
     for (int run : mine_) slots_.set(run, SharedSlots::State::waiting);
     mine_.clear();
@@ -261,7 +261,7 @@ class LaneSweep::Client : public EnsembleClient {
     const auto at = std::find(sweep_.x_.begin(), sweep_.x_.end(), leaf);
     if (at != sweep_.x_.end()) x[at - sweep_.x_.begin()] = value;
   }
-  /// False: it cannot be started, and the slot says why.
+  /// Prepares the start of a set; false if that fails, with the reason in the slot.
   bool begin(const SweepSet& set, int run, double* x, double* p) {
     std::copy(sweep_.parameters_.begin(), sweep_.parameters_.end(), p);
     for (const auto& [leaf, value] : set.parameters)
@@ -296,7 +296,7 @@ class LaneSweep::Client : public EnsembleClient {
   int left_;
   const std::function<void(int)>& progress_;
   PoleSigns poles_;
-  /// One for each lane; with the run that it looks at, and its numbers.
+  /// The monitors of one lane, with the run and the numbers they refer to.
   struct LaneWatch {
     PeakMonitor peaks;
     SwitchMonitor switches;
@@ -306,7 +306,7 @@ class LaneSweep::Client : public EnsembleClient {
   };
   std::vector<LaneWatch> watches_;
   std::vector<double> base_;
-  std::vector<int> mine_;  ///< that are running
+  std::vector<int> mine_;  ///< sets in progress
 };
 
 void LaneSweep::drain(SharedSlots& slots, TaskQueue& queue, const std::vector<double>& times, int most,

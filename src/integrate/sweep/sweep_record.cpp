@@ -1,4 +1,4 @@
-// Runs of a sweep that go into a store or a shard while they come.
+// Writes the runs of a sweep to a store or a shard as they finish.
 #include <algorithm>
 #include <chrono>
 
@@ -12,7 +12,7 @@ constexpr double most_bytes = 64e6;                ///< of the results that wait
 constexpr std::size_t fewest = 256, most = 65536;  ///< runs in a block
 constexpr auto between = std::chrono::milliseconds(500);
 
-/// Writes what is finished, at most twice a second.
+/// Writes finished runs, at most twice a second.
 class Recorder {
  public:
   Recorder(const Sweep& sweep, const SharedSlots& slots, store::RunSink& sink)
@@ -42,7 +42,7 @@ class Recorder {
   const SharedSlots& slots_;
   store::RunSink& sink_;
   std::vector<bool> written_;
-  int first_ = 0;  ///< all before it are written
+  int first_ = 0;  ///< all runs before it are written
   Clock::time_point last_;
 };
 

@@ -22,7 +22,7 @@
 namespace pendula::integrate {
 
 struct alignas(64)
-    SharedSlots::Head {  // all of them before all numbers: pages of tasks not done stay untouched
+    SharedSlots::Head {  // stored apart from the numbers, so that pages of unfinished tasks stay untouched
   std::atomic<int> state, worker;
   char failure[longest_text];
 };
@@ -35,7 +35,7 @@ double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// What all workers share, before the slots.
+/// Data shared by all workers, stored before the slots.
 struct Counters {
   std::atomic<int> next;                    ///< task to be handed out
   std::atomic<int> finished;                ///< tasks done or failed
@@ -59,7 +59,7 @@ SharedSlots::SharedSlots(std::vector<int> runs, std::size_t numbers)
   if (memory == MAP_FAILED)
     throw Error(text("there is no memory for ", runs_.size(), " results of ", numbers,
                      " numbers each; give fewer times, or store = \"runs.db\""));
-  memory_ = static_cast<char*>(memory);  // filled with zeros: every task is waiting
+  memory_ = static_cast<char*>(memory);  // zeroed: every task is waiting
 }
 
 SharedSlots::~SharedSlots() { munmap(memory_, bytes_); }
@@ -79,7 +79,7 @@ void SharedSlots::set(int task, State state, const std::string& failure) {
   std::size_t length = std::min<std::size_t>(failure.size(), longest_text - 1);
   while (length < failure.size() && length > 0 &&
          (static_cast<unsigned char>(failure[length]) & 0xC0) == 0x80)
-    --length;  // never half a character
+    --length;  // do not split a UTF-8 character
   std::memcpy(h->failure, failure.data(), length);
   h->failure[length] = 0;
   const int before = h->state.exchange(static_cast<int>(state));
@@ -111,7 +111,7 @@ int available_workers() {
 
 namespace {
 
-/// Works off tasks until none is left; false if interrupted.
+/// Processes tasks until none is left; false if interrupted.
 bool work(TaskQueue& queue, const std::function<void(TaskQueue&)>& drain) {
   try {
     drain(queue);
@@ -121,7 +121,7 @@ bool work(TaskQueue& queue, const std::function<void(TaskQueue&)>& drain) {
   }
 }
 
-/// Task after task, at most `limit`.
+/// Processes tasks one at a time, at most `limit`.
 void drain_singly(SharedSlots& slots, TaskQueue& queue, const std::function<void(int, double*)>& run,
                   const std::function<void(int)>& progress, int limit = std::numeric_limits<int>::max()) {
   for (int k = 0; k < limit; ++k) {
@@ -145,8 +145,8 @@ void drain_singly(SharedSlots& slots, TaskQueue& queue, const std::function<void
 
 }  // namespace
 
-/// The worker processes of one queue. One that dies, or is killed because its task takes too long, is
-/// followed by another; its task is failed, or apart where it has several at a time.
+/// The worker processes of one queue. A worker that dies, or is killed because its task exceeds the time
+/// limit, is replaced. Its task becomes `failed`, or `apart` if workers hold several tasks at a time.
 class Crew {
  public:
   Crew(SharedSlots& slots, const Labour& labour, const std::function<void(TaskQueue&)>& drain, bool several)
@@ -156,11 +156,11 @@ class Crew {
         several_(several),
         pids_(std::min(labour.workers, most_workers)),
         late_(pids_.size()) {
-    std::fflush(nullptr);  // what stands in buffers must not be written twice
+    std::fflush(nullptr);  // buffered output must not be written twice
     for (std::size_t k = 0; k < pids_.size(); ++k) hire(k);
   }
   ~Crew() {
-    tell(SIGKILL);  // only after an error: all of them have ended otherwise
+    tell(SIGKILL);  // after an error only; otherwise all have ended
     for (pid_t pid : pids_)
       if (pid > 0) waitpid(pid, nullptr, 0);
   }
@@ -171,8 +171,8 @@ class Crew {
     return std::all_of(pids_.begin(), pids_.end(), [](pid_t pid) { return pid <= 0; });
   }
 
-  /// Until all have ended, polling so that progress is shown and Ctrl-C is passed on. One that does not end
-  /// within two seconds of it, because it was stopped (SIGSTOP) or does not poll, is killed.
+  /// Waits until all have ended, polling to show progress and forward Ctrl-C. A worker that does not end
+  /// within two seconds of that, because it was stopped (SIGSTOP) or does not poll, is killed.
   void wait() {
     constexpr double patience = 2;  // seconds
     double told_at = 0;
@@ -200,8 +200,8 @@ class Crew {
   }
 
   [[noreturn]] void be_worker(std::size_t k, pid_t parent) {
-    prctl(PR_SET_PDEATHSIG, SIGKILL);   // nobody waits for the results of an orphan
-    if (getppid() != parent) _exit(1);  // it ended before the line above
+    prctl(PR_SET_PDEATHSIG, SIGKILL);   // results of an orphan would be lost
+    if (getppid() != parent) _exit(1);  // the parent may have ended before that call
     int status = 1;
     try {
       TaskQueue queue(slots_, static_cast<int>(k));
@@ -231,7 +231,7 @@ class Crew {
     }
   }
 
-  /// The tasks of a dead worker.
+  /// Sets the state of the tasks of a dead worker.
   void give_up(int worker, State then, const std::string& why) {
     for (int i = 0; i < slots_.tasks(); ++i)
       if (slots_.state(i) == State::running && slots_.head(i)->worker == worker) slots_.set(i, then, why);
@@ -246,7 +246,7 @@ class Crew {
     }
   }
 
-  void tell(int signal) {  // our own children; the terminal may have told them already
+  void tell(int signal) {  // own children; the terminal may have signalled them already
     for (pid_t pid : pids_)
       if (pid > 0) kill(pid, signal);
   }
@@ -256,7 +256,7 @@ class Crew {
   const std::function<void(TaskQueue&)>& drain_;
   bool several_;
   std::vector<pid_t> pids_;
-  std::vector<double> late_;  ///< > 0: killed because of the task it had taken then
+  std::vector<double> late_;  ///< > 0: killed because of the task taken at this time
 };
 
 namespace {
@@ -271,10 +271,10 @@ bool share_out(SharedSlots& slots, const Labour& labour, const std::function<voi
       if (slots.state(i) == SharedSlots::State::waiting) return true;
     return false;
   };
-  do {  // a process that was killed may have claimed a task without having begun it
+  do {  // a killed process may have claimed a task without starting it
     queue.begin_again();
     Crew crew(slots, labour, drain, several);
-    if (crew.is_empty()) return work(queue, drain);  // no more processes allowed: here, then
+    if (crew.is_empty()) return work(queue, drain);  // no process could be started; work in this one
     crew.wait();
     if (interrupt_requested) return false;
   } while (is_waiting());

@@ -8,8 +8,8 @@
 
 namespace pendula::integrate {
 
-constexpr double near = 0.01;  // of the largest value so far: what is larger is not looked at
-constexpr int in_a_row = 3;    // steps; one that passes near 0 is no rest there
+constexpr double near = 0.01;  // relative to the largest value so far; larger values are not examined
+constexpr int in_a_row = 3;    // steps; a single step that passes near 0 does not count
 
 ChoiceMonitor::ChoiceMonitor(const ProblemPtr& problem, const std::vector<Guard>& choices,
                              const Tolerances& tolerances)
@@ -34,8 +34,8 @@ void ChoiceMonitor::start(const Point& point) {
   for (std::size_t i = 0; i < g_.size(); ++i) seen_[i].largest = std::fabs(g_[i]);
 }
 
-/// By how much a guard changes with an error of one state that the tolerances allow, x′ and z solved for;
-/// infinite where the equations have no solution then.
+/// Change of each guard when one state is perturbed by its tolerance and x′ and z are solved for; infinite
+/// where the perturbed equations have no solution.
 std::vector<double> ChoiceMonitor::uncertainties(const Point& point, const std::vector<double>& g) {
   if (!solver_) solver_ = std::make_unique<RhsSolver>(problem_, ignored_);
   std::vector<double> largest(g.size(), 0);

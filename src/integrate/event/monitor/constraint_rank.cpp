@@ -8,7 +8,7 @@
 
 namespace pendula::integrate {
 
-constexpr long most_steps = 32;  // between two looks at a block whose gradients hardly change
+constexpr long most_steps = 32;  // between two inspections of a block whose gradients hardly change
 
 ConstraintRank::ConstraintRank(RankBlock& block, double tolerance)
     : block_(block),
@@ -18,7 +18,8 @@ ConstraintRank::ConstraintRank(RankBlock& block, double tolerance)
       numbers_(gradients_.outputs()),
       near_(std::sqrt(tolerance)) {
   const int rows = gram_.rows();
-  // measured beside kernels: 3 operations per fused multiply-add of the factor, 12 a row for its solves
+  // measured relative to kernels: 3 operations per fused multiply-add of the factor, 12 per row
+  // for its solves
   cost_ = 100 + static_cast<double>(gradients_.operations()) + 3.0 * static_cast<double>(gram_.operations()) +
           12.0 * rows;
   generic_ = RankBlock::generic_direction(rows) / std::sqrt(static_cast<double>(rows));
@@ -39,9 +40,9 @@ void ConstraintRank::start(const Point& point) {
   first_ = largest_ = last_.size;
 }
 
-/// Columns longer than the median are divided by their length beside it: light bodies would turn
-/// G quickly and be looked at often, though they do not make it lose its rank. Shorter ones
-/// stay: they may be 0 at the start.
+/// Scales columns longer than the median down to the median length. Light bodies would otherwise change the
+/// direction of G quickly and force frequent inspections, though they cause no loss of rank. Shorter columns
+/// keep their length: they may be 0 at the start.
 void ConstraintRank::even_out(std::vector<double>& units, const Point& point) {
   const auto& matrix = block_.block().gradients;
   gradients_(block_.values(point), numbers_.data());
@@ -67,8 +68,8 @@ double ConstraintRank::measure(const Point& p, Vec& u, Vec& w, int iterations) {
   return gram_.least(u, w, iterations);
 }
 
-/// How much the least singular value may have changed: by ‖ΔG‖ (Weyl's inequality), in the Frobenius norm;
-/// for many rows, where that bound is useless, the change of w.
+/// Bound on the change of the least singular value: ‖ΔG‖ in the Frobenius norm (Weyl's inequality). For many
+/// rows, where that bound is too weak, the change of w.
 double ConstraintRank::change(const Look& from, const Look& to) const {
   if (!is_small()) return (to.w - from.w).norm();
   double square = 0;
@@ -83,7 +84,7 @@ void ConstraintRank::keep_gradients(Look& look) const {
 
 void ConstraintRank::look_again(const Point& point, const Look& before, Look& next) {
   constexpr double share =
-      0.1;  // of all combinations: one that becomes the smallest may be orthogonal to the last
+      0.1;  // of the generic direction: the new smallest combination may be orthogonal to the last one
   next.t = point.t;
   next.u = before.u + share * generic_;
   next.u /= next.u.norm();
@@ -115,7 +116,7 @@ std::optional<Stop> ConstraintRank::look(const Point& point, long steps, const S
   return stop;
 }
 
-/// w is 0 to within the tolerance, and still getting smaller: where it would be 0 at this rate.
+/// w is 0 to within the tolerance and decreasing: extrapolates to the time at which it is 0.
 std::optional<Stop> ConstraintRank::closing_in(const Look& next, const Point& point,
                                                const SolutionBetween& between) {
   if (next.size > near_ * largest_ || next.size >= last_.size) return {};
@@ -130,8 +131,9 @@ std::optional<Stop> ConstraintRank::closing_in(const Look& next, const Point& po
               last_.t};
 }
 
-/// The zero of |w| by its values at two times so long before that the defect ε of the constraints, which
-/// shifts w by √ε, does not matter. Nothing where they cannot be had, or say something else.
+/// The zero of |w|, extrapolated from two earlier times. The defect ε of the constraints shifts w by √ε;
+/// the times are early enough for that shift to be negligible. Empty where those times are not available or
+/// the extrapolation disagrees.
 std::optional<double> ConstraintRank::seen_from_afar(const Look& next, double rate,
                                                      const SolutionBetween& between) {
   constexpr double many = 30;  // times √ε
@@ -149,12 +151,12 @@ std::optional<double> ConstraintRank::seen_from_afar(const Look& next, double ra
   return std::fabs(t - next.t) < far / 4 ? std::optional(t) : std::nullopt;
 }
 
-/// Has w reversed between two looks? Where it has changed so much, or so much time has passed, that it might
-/// have done so twice, the time between them is halved.
+/// Has w reversed its direction between two inspections? The interval is halved where w has changed so much,
+/// or so much time has passed, that two reversals are possible.
 std::optional<Stop> ConstraintRank::scan(const Look& from, const Look& to, int depth,
                                          const SolutionBetween& between, const SolutionBetween& nearby) {
-  constexpr double same_direction = 0.3;  // cosine: less, and u is another combination of rows
-  constexpr double safe_change = 0.7;     // of w: less than 1, where Weyl's inequality allows a passage
+  constexpr double same_direction = 0.3;  // cosine; below it u is another combination of rows
+  constexpr double safe_change = 0.7;     // of w; 1 is the value at which Weyl's inequality allows a zero
   if (to.u.dot(from.u) > same_direction && to.w.dot(from.w) < 0)
     if (auto stop = narrow(from, to, between, nearby)) return stop;
   const bool near = change(from, to) < safe_change * std::max(from.size, to.size);
@@ -167,13 +169,13 @@ std::optional<Stop> ConstraintRank::scan(const Look& from, const Look& to, int d
   return scan(middle, to, depth - 1, between, nearby);
 }
 
-/// Where w, which reverses between two times, does so, and how long it is there.
+/// Bisects for the time at which w reverses its direction; at.size is |w| there.
 double ConstraintRank::reversal(double low, double high, int halvings, const Look& from, Look& at,
                                 const SolutionBetween& solution) {
   Point p;
   for (int k = 0; k < halvings && high - low > 1e-14 * std::fabs(high); ++k) {
     const double middle = low + (high - low) / 2;
-    if (!RankBlock::reached(middle, solution, p)) {  // so close to dependent rows nothing can be solved
+    if (!RankBlock::reached(middle, solution, p)) {  // too close to dependent rows to be solved
       high = middle;
       continue;
     }
@@ -185,14 +187,14 @@ double ConstraintRank::reversal(double low, double high, int halvings, const Loo
   return low + (high - low) / 2;
 }
 
-/// w reverses: where it passes 0, if it does (near a point of dependent rows it turns
-/// quickly, and keeps its length).
+/// Does w pass through 0 where its direction reverses? Near a point of dependent rows w may turn quickly at
+/// constant length instead.
 std::optional<Stop> ConstraintRank::narrow(const Look& from, const Look& to, const SolutionBetween& between,
                                            const SolutionBetween& nearby) {
   Look at;
   reversal(from.t, to.t, 6, from, at, nearby);
   if (at.size > std::min(from.size, to.size) / 2) return {};
-  const double around = (to.t - from.t) / 4;  // `from` and `to` may be points nearby
+  const double around = (to.t - from.t) / 4;  // `from` and `to` may be points of the coarse interpolant
   const double t =
       reversal(std::max(from.t - around, last_.t), std::min(to.t + around, next_.t), 30, from, at, between);
   if (!(at.size <= zero_size * std::max(from.size, to.size))) return {};
@@ -203,12 +205,12 @@ std::optional<Stop> ConstraintRank::narrow(const Look& from, const Look& to, con
               last_.t};
 }
 
-/// Where no masses are known, gradients of angles and of lengths in micrometres cannot be compared:
-/// beside 10⁶ a 1 looks like 0. In the sizes of the unknowns it is small only where the rank is lost.
-/// They are not asked before: they are rough, and would turn the smallest combination of several so that
-/// a passage through 0 is missed.
+/// Without known masses, gradients of angles and of lengths in micrometres cannot be compared: relative to
+/// 10⁶ a 1 looks like 0. In units of the sizes of the unknowns |w| is small only where the rank is lost.
+/// These rough units serve for confirmation only: in the search they would change the smallest combination of
+/// rows so that a passage through 0 is missed.
 bool ConstraintRank::is_lost_in_units(double t, double before, const SolutionBetween& between) const {
-  constexpr double small = 0.1;  // beside its size before: at a passage 3e-3 and less, else near 1
+  constexpr double small = 0.1;  // relative to the size before: at a passage it is 3e-3 or less, else near 1
   const std::vector<double> units = unit_.empty() ? block_.units_by_size() : std::vector<double>();
   if (units.empty()) return true;
   const auto& matrix = block_.block().gradients;

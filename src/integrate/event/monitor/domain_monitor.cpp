@@ -14,9 +14,9 @@
 namespace pendula::integrate {
 namespace {
 
-/// Do the equations grow without bound, or swing without end as cos(1/x) does, towards a zero of the factor
-/// on the straight line from one point through another? x′ and z are not continued before the first. Requires
-/// that the zero lies between them, or that the factor is 0 at the second.
+/// Do the equations diverge, or oscillate ever faster like cos(1/x), towards a zero of the factor on the
+/// straight line through two points? Before the first point x′ and z are kept constant. Requires that the
+/// zero lies between the points, or that the factor is 0 at the second.
 class PoleTest {
  public:
   PoleTest(Problem& equations, Expr factor, const Tolerances& tolerances, const Point& from, const Point& to)
@@ -30,7 +30,7 @@ class PoleTest {
   bool operator()() {
     if (is_worse([&](double zero, double noise) { return grows(zero, noise) || swings(zero, noise); }))
       return true;
-    // a/x is the same number on a line on which both vanish, and swings without end beside it
+    // a/x is constant on a line on which a and x both vanish, and oscillates next to that line
     constexpr double golden = 0.618;
     for (int i = 0; i < beside_.size(); ++i)
       beside_[i] = near * (to_.x[i] - from_.x[i]) * (std::fmod(golden * (i + 1), 1.0) - 0.5);
@@ -39,9 +39,9 @@ class PoleTest {
     return false;
   }
 
-  /// Do solutions part without bound behind a zero that is no pole? Where a disturbance grows like δ′ = k
-  /// δ/t, k > 0, as of x′ = k x/t, all solutions x = c tᵏ come from one point; where it fades like that
-  /// before the zero, all of them have met there. Of ODEs only. The time of the zero.
+  /// Do solutions diverge from each other after a zero that is not a pole? If a disturbance grows like δ′ = k
+  /// δ/t, k > 0, as for x′ = k x/t, all solutions x = c tᵏ start from one point. If it decays like that
+  /// before the zero, all of them meet there. For ODEs only. Returns the time of the zero.
   std::optional<double> parts() {
     constexpr Eigen::Index most = 60;  // unknowns
     if (!equations_.is_ode() || equations_.has_dense_jacobian() || beside_.size() > most) return {};
@@ -61,19 +61,19 @@ class PoleTest {
   bool is_worse(const Judge& judge) {
     const double g0 = value(0), g1 = value(1);
     if (beside_.squaredNorm() > 0 && !(g0 * g1 <= 0))
-      return false;  // a zero of the line need not lie beside it
+      return false;  // a zero on the line need not have one next to it
     double low = 0, high = 1;
     for (int k = 0; k < 60; ++k) {
       const double middle = (low + high) / 2, g = value(middle);
       ((g1 > g0 ? g < 0 : g > 0) ? low : high) = middle;
     }
-    // what rounding leaves of a distance, as a share of the step
+    // rounding error of a distance, as a share of the step
     const double noise = std::max(std::fabs(value(low)), std::fabs(value(high))) / std::fabs(g1 - g0);
     return judge(low, noise);
   }
 
   bool grows(double zero, double noise) {
-    constexpr double steep = 20;  // |F| grows by more over 10⁻³ of the distance: a pole of order above 0.43
+    constexpr double steep = 20;  // growth of |F| over 10⁻³ of the distance: a pole of order above 0.43
     const std::vector<std::vector<double>> F = before(zero, std::max(1e-2 * zero, 1e8 * noise), 1e-3, 3);
     for (std::size_t i = 0; i < F[0].size(); ++i) {
       const double change = std::fabs(F[1][i] - F[0][i]);
@@ -85,8 +85,8 @@ class PoleTest {
     return false;
   }
 
-  /// Of ODEs only: residuals of a solution are rounding. From several distances, since what swings may by
-  /// chance do so in one direction at those of one sequence.
+  /// For ODEs only, since residuals along a solution are rounding errors. Several sequences of distances,
+  /// since an oscillation may by chance look monotone on one of them.
   bool swings(double zero, double noise) {
     if (!equations_.is_ode()) return false;
     for (double part : {1.0, 0.83, 0.71, 0.57})
@@ -94,8 +94,8 @@ class PoleTest {
     return false;
   }
 
-  /// Where F has a limit, or grows like a logarithm, its changes from a distance to the half of it become
-  /// smaller, or keep their sign. Those of cos(1/x) do neither.
+  /// If F has a limit or grows like a logarithm, its changes from a distance to half of it decrease or keep
+  /// their sign. Those of cos(1/x) do neither.
   bool swings_from(double zero, double distance) {
     constexpr int half = 6;
     constexpr double visible = 1e-2;  // of x′
@@ -116,21 +116,21 @@ class PoleTest {
     return false;
   }
 
-  /// What swings may move x by in the step: ten tolerances, and no more than 10⁻⁶ of
-  /// what a loose one makes of it.
+  /// The effect of an oscillation on xᵢ in the step that is still negligible: ten tolerances, and at most
+  /// 10⁻⁶ of the size of x where the tolerance is loose.
   double hardly(std::size_t i) const {
     const auto k = static_cast<Eigen::Index>(i);
     const double rtol = tolerances_.rtol[k], several = std::min(10.0, 1e-6 / rtol);
     return several * (tolerances_.atol[k] + rtol * (std::fabs(from_.x[k]) + std::fabs(to_.x[k])));
   }
 
-  /// F at distances before the zero that shrink by a factor each time.
+  /// F at distances before the zero that shrink by a constant factor.
   std::vector<std::vector<double>> before(double zero, double distance, double factor, int count) {
     std::vector<std::vector<double>> F(count, std::vector<double>(equations_.n() + equations_.m()));
     for (std::vector<double>& at : F) {
       value(zero - distance);
       if (equations_.is_ode())
-        equations_.rhs(at.data());  // x′ of a point beside a pole would hide what the residual does
+        equations_.rhs(at.data());  // the residual contains x′, which near a pole would hide the growth
       else
         equations_.residual(at.data());
       distance *= factor;
@@ -138,16 +138,18 @@ class PoleTest {
     return F;
   }
 
-  /// Does the growth of disturbances, seen in this direction, become k/distance? A step that rounding does
-  /// not let one look into, some 10⁻⁹ of the run, is asked at its end: what is bounded moves nothing in it.
+  /// Does the growth rate of disturbances approach k/distance in this direction? In steps of some 10⁻⁹ of the
+  /// run rounding hides the interior, and the rate at the end of the step decides: a bounded rate has no
+  /// effect in such a step.
   bool is_singular(int direction, double zero, double room, bool fine) {
-    constexpr double slow = 0.1, constant = 3;  // of k; a bounded ∂x′/∂x would make it ten times smaller
+    // of k; a bounded ∂x′/∂x gives a tenth of it at the closer point
+    constexpr double slow = 0.1, constant = 3;
     const double far = fine ? 0.2 * room : room, close = 0.1 * far;
     const double k = growth(zero + direction * far, direction) * far;
     return k > slow && (!fine || growth(zero + direction * close, direction) * close > k / constant);
   }
 
-  /// The largest Re λ of ±∂x′/∂x, per length of the step.
+  /// The largest Re λ of ±∂x′/∂x, in units of 1/step size.
   double growth(double share, int sign) {
     value(share);
     const Eigen::Index n = beside_.size();
@@ -164,7 +166,7 @@ class PoleTest {
     return solver.eigenvalues().real().maxCoeff() * (to_.t - from_.t);
   }
 
-  /// Places the equations there.
+  /// Sets the equations to the point at this share of the step and returns the factor there.
   double value(double share) {
     const double inside = std::max(share, 0.0);
     point_.t = from_.t + share * (to_.t - from_.t);
@@ -248,7 +250,7 @@ std::optional<std::string> DomainMonitor::passed(Problem& equations, const Point
   return {};
 }
 
-/// The sign has changed, or the value has moved against its slopes.
+/// The sign has changed, or the value has grown although both slopes point towards zero.
 bool DomainMonitor::suspicious(const Pole& pole, double g, double slope, double dt) const {
   if (pole.g == 0) return false;
   if (pole.g < 0 ? g >= 0 : g <= 0) return true;
@@ -266,7 +268,7 @@ std::optional<std::string> DomainMonitor::passed_part(Problem& equations, const 
     Pole& pole = poles_[i];
     if (!suspicious(pole, out_[i], out_[n + i], dt)) continue;
     Point ahead = to;
-    if (pole.g * out_[i] > 0) {  // where the slope at the beginning leads
+    if (pole.g * out_[i] > 0) {  // extrapolated with the slope at the beginning
       const double share = -1.5 * pole.g / pole.slope;
       ahead.t = from.t + share;
       ahead.x = from.x + share * from.xdot;
@@ -286,7 +288,7 @@ std::optional<std::string> DomainMonitor::passed_part(Problem& equations, const 
 }
 
 std::string DomainMonitor::almost_outside(const Point& point) {
-  constexpr double gone = 1e-3;  // of the value at the start
+  constexpr double gone = 1e-3;  // relative to the value at the start
   if (conditions_.empty() || first_.x.size() == 0) return "";
   std::vector<Expr> factors;
   for (const dae::DomainCondition& c : conditions_) factors.push_back(c.factor);

@@ -5,7 +5,7 @@
 
 namespace pendula::integrate {
 
-constexpr int dense = 24;  // rows of a Jacobian that is not worth a sparse factorisation
+constexpr int dense = 24;  // rows; smaller Jacobians are not worth a sparse factorisation
 constexpr double log_of_zero = -1e300;
 
 JacobianSign::JacobianSign(RankBlock& block)
@@ -17,7 +17,7 @@ JacobianSign::JacobianSign(RankBlock& block)
               rows_ <= dense ? LinearSolver<double>::Factorisation::dense
                              : LinearSolver<double>::Factorisation::sparse);
   const double n = rows_;
-  // a determinant by dense elimination, or the sparse one's share per entry, measured beside kernels
+  // cost of a determinant by dense elimination, or of the sparse one per entry, measured relative to kernels
   cost_ = static_cast<double>(jacobian_.operations()) +
           (rows_ <= dense ? 8 * n * n * n : 120.0 * static_cast<double>(jacobian_.outputs()));
 }

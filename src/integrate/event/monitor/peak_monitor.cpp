@@ -15,8 +15,9 @@ namespace pendula::integrate {
 
 namespace {
 
-// By how much an exponent exceeds its values at the ends of a step in a peak that a step may miss.
-// With less, the nearer end lies on the flank of the peak, within two half widths of the top
+// How far the exponent at a peak that a step may miss exceeds its values at both ends of the step. With less,
+// the nearer end lies within two half widths of the top (u = -θ²/2), on the flank of the peak, and the stages
+// of the step detect it.
 // (u = -θ²/2), and the step sees it.
 constexpr double high = 2;
 
@@ -25,7 +26,7 @@ struct Candidate {
   bool divisor, parabola;
 };
 
-/// b^{-2}: an exponent that is a number below 0.
+/// A power with a negative constant exponent, such as b^{-2}.
 bool is_negative_power(Expr e) {
   return e.op() == Op::pow && e.operand(1).is_constant() && constant_value(e.operand(1)) < 0;
 }
@@ -39,7 +40,7 @@ std::vector<Candidate> make_candidates(const Problem& problem) {
     if (slope.is_constant() || !all_known(slope, problem)) return;
     list.push_back({u, slope, divisor, !varies(total_derivative(slope), problem)});
   };
-  // What happens about v = 0 and is over far from there: u = -v² has its maximum there.
+  // Features that are confined to a neighbourhood of v = 0: u = -v² has its maximum there.
   const auto add_switch = [&](Expr v) { add(-(v * v), false); };
   for (Expr node : topological(problem.model().F)) {
     if (node.is_constant() || node.is_symbol()) continue;
@@ -82,7 +83,7 @@ PeakMonitor::Nodes PeakMonitor::nodes_of(const Problem& problem) {
   return nodes;
 }
 
-/// Branches and parameters of the run change along its way.
+/// Adopts the branches and parameters of the run, which may change during it.
 void PeakMonitor::follow(const ProblemPtr& problem) {
   if (original_ == problem && version_ == problem->version()) return;
   original_ = problem;
@@ -92,7 +93,7 @@ void PeakMonitor::follow(const ProblemPtr& problem) {
   rhs_.reset();
 }
 
-/// A copy of the problem: run and monitor place different points. Most runs need none.
+/// A private copy of the problem, since the run sets the original to other points. Most runs need none.
 const ProblemPtr& PeakMonitor::own() {
   if (!own_) own_ = std::make_shared<Problem>(*original_);
   return own_;
@@ -112,7 +113,7 @@ void PeakMonitor::evaluate(const Point& point, Values& out) {
   nodes_.kernel(own()->values().data(), out.data());
 }
 
-/// On the cubic through the ends of a step.
+/// Evaluates a point of the cubic through the ends of a step.
 void PeakMonitor::look(const Point& from, const Point& to, double share, Sample& out) {
   out.share = share;
   hermite(from, to, share, inside_);
@@ -126,7 +127,7 @@ void PeakMonitor::restart(const ProblemPtr& problem, const Point& point) {
 }
 
 bool PeakMonitor::is_tired() const {
-  constexpr long few = 20;  // so many peaks are passed in shorter steps whatever they cost
+  constexpr long few = 20;  // number of peaks that are resolved by shorter steps at any cost
   return repeated_ > few && repeated_ > steps_ / 4;
 }
 
@@ -145,7 +146,7 @@ double PeakMonitor::missed(const ProblemPtr& problem, const Point& from, const P
   return off;
 }
 
-/// A tangent at one of the ends leads far enough for a peak, and there may be one.
+/// Do the slopes at the ends of the step allow a peak inside it?
 bool PeakMonitor::varies_fast() const {
   const Values &a = last_.values, &b = next_.values;
   for (std::size_t i = 0; i < nodes(); ++i) {
@@ -157,8 +158,8 @@ bool PeakMonitor::varies_fast() const {
   return false;
 }
 
-/// By how many tolerances; 0 where there is none. Halves, until what is in the middle of a part follows from
-/// its ends: several peaks may lie in a step.
+/// The error of the step in tolerances if it misses a peak, else 0. Halves the step until the middle of each
+/// part follows from its ends, since it may contain several peaks.
 double PeakMonitor::passes_peak(const Sample& low, const Sample& behind, int depth, const Point& from,
                                 const Point& to) {
   if (depth < deepest) {
@@ -178,10 +179,10 @@ double PeakMonitor::passes_peak(const Sample& low, const Sample& behind, int dep
   return 0;
 }
 
-/// How high ± u must be for a peak, more than e² times as high as the ends of the
-/// step: the stages see others.
+/// The height of ± u beyond which a maximum counts as a peak: more than e² times the function at the ends of
+/// the step. The stages detect lower ones.
 double PeakMonitor::peak_height(std::size_t i) const {
-  constexpr double least_exponent = -60;  // e⁻⁶⁰ = 10⁻²⁶ is nothing beside tolerances, for factors up to 10¹³
+  constexpr double least_exponent = -60;  // e⁻⁶⁰ = 10⁻²⁶ is negligible for factors up to 10¹³
   static const double share = std::exp(-high);
   const double a = last_.values[i], b = next_.values[i];
   if (!nodes_.is_divisor[i]) return std::max(std::max(a, b) + high, least_exponent);
@@ -189,14 +190,14 @@ double PeakMonitor::peak_height(std::size_t i) const {
   return -std::min(std::fabs(a), std::fabs(b)) * share;
 }
 
-/// No node gets as high as a peak between two samples: not the cubics from them to the middle, which lie
-/// between their control points, and not if they err by several times what the cubic through the two
-/// samples errs by in the middle.
+/// Is every node lower than a peak between two samples? Bounds the cubics from the samples to their middle by
+/// their control points, and the error of these cubics by `several` times that of the cubic through both
+/// samples, measured in the middle.
 bool PeakMonitor::shows_no_peak(const Sample& low, const Sample& middle, const Sample& behind) const {
   constexpr double several =
-      8;  // where cubics converge, those of the halves err by 1/16 of that of the whole
-  constexpr double of_slope = 0.143;  // greatest value of s²(1-s)²(s-½), beside its slope at ½
-  const double width = (behind.share - low.share) * dt_, third = width / 6;  // of the way to the middle
+      8;  // asymptotically the cubics of the halves have 1/16 of the error of the whole
+  constexpr double of_slope = 0.143;  // maximum of s²(1-s)²(s-½) relative to its slope at ½
+  const double width = (behind.share - low.share) * dt_, third = width / 6;  // a third of the half width
   for (std::size_t i = 0; i < nodes(); ++i) {
     const double height = peak_height(i);
     if (height == std::numeric_limits<double>::infinity()) continue;
@@ -214,7 +215,7 @@ bool PeakMonitor::shows_no_peak(const Sample& low, const Sample& middle, const S
   return true;
 }
 
-/// A tangent at one of two samples leads as high as a peak before the other.
+/// Does the tangent at one of two samples reach the height of a peak before the other?
 bool PeakMonitor::may_reach_peak(std::size_t i, const Sample& low, const Sample& behind) const {
   const double side = nodes_.is_divisor[i] && last_.values[i] > 0 ? -1 : 1;
   const double width = (behind.share - low.share) * dt_;
@@ -223,20 +224,20 @@ bool PeakMonitor::may_reach_peak(std::size_t i, const Sample& low, const Sample&
   return !(std::max(before, after) < peak_height(i));
 }
 
-/// An exponent rises at the first and no longer at the second, which may be the top itself; the size of
-/// a divisor the other way round.
+/// An exponent rises at the first sample and not at the second, which may be the maximum itself. For the size
+/// of a divisor the other way round.
 bool PeakMonitor::turns(std::size_t i, const Values& low, const Values& behind) const {
   const double side = !nodes_.is_divisor[i] ? 1 : low[i] > 0 ? -1 : 1;
   const bool same_sign = !nodes_.is_divisor[i] || low[i] * behind[i] > 0;
   return same_sign && side * low[nodes() + i] > 0 && side * behind[nodes() + i] <= 0;
 }
 
-/// Bisection for the top, while it may be that of a peak.
+/// Bisection for the maximum, abandoned once it cannot be that of a peak.
 std::optional<PeakMonitor::Peak> PeakMonitor::peak_between(std::size_t i, const Sample& low,
                                                            const Sample& behind, const Point& from,
                                                            const Point& to) {
-  // A top is found to 10⁻⁶ of the step. The peak of a divisor may be narrower, and its height unknown: its
-  // area is taken as that of a peak of 10⁻⁴ at least.
+  // A maximum is located to 10⁻⁶ of the step. The peak of a divisor may be narrower and its height unknown;
+  // its width is taken as 10⁻⁴ at least.
   constexpr double narrowest = 1e-6, least_width = 1e-4;
   const bool divisor = nodes_.is_divisor[i];
   const double side = divisor && last_.values[i] > 0 ? -1 : 1;
@@ -245,7 +246,7 @@ std::optional<PeakMonitor::Peak> PeakMonitor::peak_between(std::size_t i, const 
   while (behind_.share - low_.share > narrowest) {
     if (!may_reach_peak(i, low_, behind_)) return {};
     look(from, to, (low_.share + behind_.share) / 2, middle_);
-    if (divisor && !(middle_.values[i] * side < 0)) return {};  // a zero: a pole, or beside one
+    if (divisor && !(middle_.values[i] * side < 0)) return {};  // a zero: a pole, or a point next to one
     std::swap(side * middle_.values[nodes() + i] > 0 ? low_ : behind_, middle_);
   }
   const double top = side * low_.values[i];
@@ -258,12 +259,13 @@ std::optional<PeakMonitor::Peak> PeakMonitor::peak_between(std::size_t i, const 
   return Peak{low_.share, divisor ? std::max(width, least_width) : width};
 }
 
-/// How far from a top, as a share of the step, the peak has fallen: to e^{-1/2} of it, or half of 1/d. The
-/// mean of both sides, those within the step; a power of the curvature would not do for 1/(1 + θ⁸).
+/// The distance from the maximum, as a share of the step, at which the peak has fallen to e^{-1/2}, or to
+/// half for 1/d. The mean of the sides that lie within the step. (The curvature at the top does not determine
+/// the width of 1/(1 + θ⁸).)
 template <class Fallen>
 double PeakMonitor::half_width(double top, const Fallen& has_fallen) {
   constexpr double narrowest = 1e-7;
-  constexpr int halvings = 3;  // of an interval [w/2, w]: to a sixteenth
+  constexpr int halvings = 3;  // of an interval [w/2, w]: accurate to w/16
   double sum = 0;
   int sides = 0;
   for (const double side : {-1.0, 1.0}) {
@@ -282,7 +284,7 @@ double PeakMonitor::half_width(double top, const Fallen& has_fallen) {
   return sides > 0 ? sum / sides : 1;
 }
 
-/// x′ of the equations less that of the cubic through the ends, at a share of the step.
+/// x′ of the equations minus the slope of the cubic through the ends, at a share of the step.
 bool PeakMonitor::defect(const Point& from, const Point& to, double share, Vec& out) {
   hermite(from, to, share, inside_);
   const Vec slope = inside_.xdot;
@@ -292,11 +294,12 @@ bool PeakMonitor::defect(const Point& from, const Point& to, double share, Vec& 
   return out.allFinite();
 }
 
-/// The area under what is there and not beside it, in tolerances; 0 where a step may be off by that.
+/// The area of the peak above its surroundings, in tolerances; 0 if it is within the admissible error
+/// of a step.
 double PeakMonitor::matters(const Peak& peak, const Point& from, const Point& to) {
-  constexpr double feet = 4;      // widths: e^{-8} is left of e^{-θ²/2}
-  constexpr double several = 3;   // tolerances: that many a step may be off by
-  constexpr double area = 2.507;  // √(2π), of a height and a width of 1
+  constexpr double feet = 4;      // in half widths: e^{-θ²/2} has fallen to e^{-8} there
+  constexpr double several = 3;   // tolerances: the admissible error of a step
+  constexpr double area = 2.507;  // √(2π): the area of a Gaussian of height 1 and half width 1
   constexpr double unknown = std::numeric_limits<double>::infinity();
   if (!defect(from, to, peak.at, there_)) return unknown;
   const double low = peak.at - feet * peak.width, above = peak.at + feet * peak.width;

@@ -37,7 +37,7 @@ std::vector<double> RankBlock::units_by_size() const {
   for (Expr leaf : block_.moved) {
     double size = 0;
     for (int order = symbol_of(leaf).order - 1; order >= 0 && !(size > 0); --order) {
-      const Expr state = derivative_leaf(symbol_of(leaf).base, order);  // y″ is v′ where v stands for y′
+      const Expr state = derivative_leaf(symbol_of(leaf).base, order);  // y″ is v′ where the state v is y′
       const auto at = std::find(unknowns.begin(), unknowns.end(), state);
       if (at != unknowns.end() && at - unknowns.begin() < sizes.size()) size = sizes[at - unknowns.begin()];
     }

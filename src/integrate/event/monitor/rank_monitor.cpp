@@ -11,7 +11,7 @@
 
 namespace pendula::integrate {
 
-constexpr double share_of_time = 0.006;  // of the steps, for looks
+constexpr double share_of_time = 0.006;  // of the time of the steps, for inspections
 constexpr long long_wait = 32;           // steps
 constexpr double forever = std::numeric_limits<double>::infinity();
 
@@ -64,7 +64,7 @@ struct RankMonitor::Part {
   RankBlock block;
   std::optional<ConstraintRank> gradients;
   std::optional<JacobianSign> jacobian;
-  long since = 0, rest = 1;  ///< steps since the last look at the Jacobian, and until the next
+  long since = 0, rest = 1;  ///< steps since the last inspection of the Jacobian and until the next one
 };
 
 RankMonitor::RankMonitor(const ProblemPtr& problem, const std::vector<dae::LargeBlock>& blocks,

@@ -44,7 +44,7 @@ std::optional<Stop> RootBranchMonitor::look(const Point& point) {
     list.push_back(now);
     if (list.size() > most) list.pop_front();
     largest_[i] = std::max(largest_[i], now.s);
-    // D is a difference of terms of the size of its largest value, known to some 10⁻¹³ of it: √D to 10⁻⁶
+    // D is a difference of terms and known to 10⁻¹³ of its largest value; hence √D to about 10⁻⁶
     constexpr double rounding = 1e-6;
     const auto t = now.s <= rounding * largest_[i] ? std::optional(now.t) : kink(list);
     if (t && (!stop || *t < stop->t)) stop = Stop{*t, roots_[i].reason, *t};
@@ -52,14 +52,14 @@ std::optional<Stop> RootBranchMonitor::look(const Point& point) {
   return stop;
 }
 
-/// From the last point back over the minimum of √D to a point of the same size on the other side.
+/// Searches back from the last point across the minimum of √D for a point of the same size on the other side.
 std::optional<double> RootBranchMonitor::kink(const std::deque<Sample>& list) {
   const Sample& right = list.back();
   if (right.slope <= 0 || list.size() < 2) return {};
   for (std::size_t k = list.size() - 1; k-- > 0;) {
     const Sample& left = list[k];
     if (left.slope >= 0) continue;
-    // a point of the size of the right one separates the two cases best
+    // a point as large as the right one separates the two cases best
     if (left.s < right.s / 2 && k > 0 && list[k - 1].s > left.s) continue;
     const double half = (right.t - left.t) / 2;
     const double same = std::fabs(right.s - left.s - half * (left.slope + right.slope));

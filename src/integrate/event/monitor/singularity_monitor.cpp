@@ -10,7 +10,7 @@
 
 namespace pendula::integrate {
 
-constexpr double gone = 1e-3;  // of the value at the start: nothing of it is left
+constexpr double gone = 1e-3;  // relative to the value at the start; smaller values count as zero
 
 SingularityMonitor::SingularityMonitor(const ProblemPtr& problem, const std::vector<Guard>& guards)
     : guards_(guards) {
@@ -47,7 +47,7 @@ double SingularityMonitor::value_between(const Point& end, double share, std::si
   return evaluate(between_).g[which];
 }
 
-/// Where the divisor is zero, as a share of the step; nothing if it is not.
+/// The zero of the divisor, as a share of the step; empty if there is none.
 std::optional<double> SingularityMonitor::zero(const Point& end, const Sample& there, std::size_t i) {
   const double a = here_.g[i], b = there.g[i];
   if (b == 0) return 1;
@@ -64,7 +64,7 @@ std::optional<double> SingularityMonitor::zero(const Point& end, const Sample& t
   return high;
 }
 
-/// The place of the least |g| by golden section, if it is zero to 1e-9.
+/// The minimum of |g| by golden section search, if it is zero to within 1e-9.
 std::optional<double> SingularityMonitor::zero_of_minimum(const Point& end, double a, double b,
                                                           std::size_t i) {
   constexpr double golden = 0.3819660112501051;
@@ -106,7 +106,8 @@ std::string SingularityMonitor::almost_zero(const Point& point, double almost, b
   for (std::size_t i = 0; i < first_.size(); ++i) {
     const bool none = std::fabs(there.g[i]) <= gone * std::fabs(first_[i]);
     if (vanished && !none) continue;
-    const double ahead = before_.empty() ? there.g[i] : 3 * there.g[i] - 2 * before_[i];  // two steps on
+    // extrapolated by two steps
+    const double ahead = before_.empty() ? there.g[i] : 3 * there.g[i] - 2 * before_[i];
     const bool small = std::fabs(there.g[i]) <= almost * std::fabs(first_[i]);
     if (!small && (ahead < 0) == (there.g[i] < 0)) continue;
     std::string reason = guards_[i].reason;

@@ -27,11 +27,11 @@ TangencyMonitor::TangencyMonitor(const ProblemPtr& problem, const std::vector<Ev
 
 std::optional<Stop> TangencyMonitor::after(const MonitoredStep& step) {
   if (empty_) return {};
-  constexpr double near = 0.01;  // of the largest value so far: larger minima are none of our business
+  constexpr double near = 0.01;  // relative to the largest value so far; larger minima are not considered
   const std::vector<double>& g = finder_.values();
   std::optional<Stop> stop;
   known_count_ = 0;
-  if (const int gone = finder_.vanished(g); gone >= 0)  // a step that happens to end there
+  if (const int gone = finder_.vanished(g); gone >= 0)  // a step that happens to end at the zero
     return Stop{step.here.t, events_[gone].termination_reason, step.before.t};
   const bool fresh = seen_.size() != g.size();
   if (fresh) seen_.assign(g.size(), {});
@@ -41,7 +41,7 @@ std::optional<Stop> TangencyMonitor::after(const MonitoredStep& step) {
     Values& seen = seen_[i];
     const double size = std::fabs(seen.last);
     bool turned = !fresh && g[i] * seen.last > 0 && size <= std::fabs(seen.before) && size < std::fabs(g[i]);
-    // z of a mesh point may be off by the tolerances
+    // z of a mesh point is accurate to the tolerances only
     if (turned && with_z_[i])
       turned = size_between(i, step.before, step.here, 0) <= size_between(i, step.before, step.here, 1);
     if (turned && !stop && with_z_[i] && has_previous_)
@@ -65,13 +65,13 @@ std::optional<Stop> TangencyMonitor::after(const MonitoredStep& step) {
   return stop;
 }
 
-/// |g| inside a step. 0 where the equations have no solution.
+/// g| inside a step; 0 where the equations have no solution.
 double TangencyMonitor::size_between(std::size_t which, const Point& from, const Point& to, double share) {
   const Point* at = inside(from, to, share);
   return at ? std::fabs(value_at(which, *at)) : 0;
 }
 
-/// x by Hermite interpolation, z solved for.
+/// x by Hermite interpolation, z from the equations.
 const Point* TangencyMonitor::inside(const Point& from, const Point& to, double share) {
   for (std::size_t k = 0; k < known_count_; ++k)
     if (const Inside& known = known_[k]; known.share == share && known.from == from.t && known.to == to.t)
@@ -106,18 +106,18 @@ double TangencyMonitor::value_at(std::size_t which, const Point& p) {
   return g;
 }
 
-/// Golden section in the last two steps.
+/// Golden section search in the last two steps.
 std::optional<double> TangencyMonitor::time_of_zero(std::size_t which, const MonitoredStep& step) {
   if (const auto t = least_between(which, previous_, step.before, 0, 1)) return t;
   return least_between(which, step.before, step.here, 0, 1);
 }
 
-/// Points inside every step, more of them inside the long steps of a run, and one before its end: where |g|
-/// is less than at both neighbours, it is looked at closely. before: |g| at the beginning of the step,
-/// infinite where the last step is not known.
+/// Samples |g| inside every step, more densely in steps that are long relative to the time so far, and once
+/// shortly before the end of the run. Around a sample smaller than both neighbours the minimum is located.
+/// before: |g| at the beginning of the step, infinite if the last step is unknown.
 std::optional<double> TangencyMonitor::zero_inside(std::size_t which, const MonitoredStep& step,
                                                    double before) {
-  constexpr double almost_end = 0.999, long_step = 0.1;  // of the time so far
+  constexpr double almost_end = 0.999, long_step = 0.1;  // relative to the time so far
   const Point &from = step.before, &to = step.here;
   if (!begin_) begin_ = from.t;
   const int parts = to.t - from.t > long_step * (to.t - *begin_) ? 12 : 3;
@@ -127,7 +127,7 @@ std::optional<double> TangencyMonitor::zero_inside(std::size_t which, const Moni
   const auto [last, last_share] = inside_[which];
   double left = last, middle = std::isfinite(before) ? before : size(0);
   std::optional<double> t;
-  for (int k = 0; k < parts; ++k) {  // middle: at share(k)
+  for (int k = 0; k < parts; ++k) {  // middle is |g| at share(k)
     const double right = k + 1 < parts ? size(k + 1) : std::fabs(finder_.values()[which]);
     if (!t && k == 0) t = near_beginning(which, step, share(1), right, middle);
     if (!t && middle <= left && middle < right) {
@@ -142,8 +142,8 @@ std::optional<double> TangencyMonitor::zero_inside(std::size_t which, const Moni
   return t;
 }
 
-/// Just behind the beginning, where |g| = first: a step may be 10¹⁰ times as long as the distance to a
-/// crossing. beyond: |g| at this share of the step.
+/// Searches just after the beginning of the step, where |g| = first: a step may be 10¹⁰ times as long as the
+/// distance to a crossing. beyond: |g| at this share of the step.
 std::optional<double> TangencyMonitor::near_beginning(std::size_t which, const MonitoredStep& step,
                                                       double share, double beyond, double first) {
   constexpr double closer = 0.3, closest = 1e-15, flat = 0.05;
@@ -161,15 +161,15 @@ std::optional<double> TangencyMonitor::near_beginning(std::size_t which, const M
   return {};
 }
 
-/// Golden section in a part of a step, until |g| is the same at all points of what is left of it (towards a
-/// zero it falls at least as fast as a root, to 0.73 in each section); 0 is what is less than 10⁻⁶ of the
-/// values at its ends, than 10⁻⁹ of what |g| would become at this rate within the run, or rounding.
+/// Golden section search in a part of a step, until |g| is constant on the remaining interval. (Towards a
+/// zero it falls at least like a square root, to 0.73 in each section.) Values count as 0 below 10⁻⁶ of those
+/// at the ends, below 10⁻⁹ of the change of |g| at this rate over the run, or below rounding.
 std::optional<double> TangencyMonitor::least_between(std::size_t which, const Point& from, const Point& to,
                                                      double low, double high) {
   constexpr double golden = 0.3819660112501051, closest = 1e-6, most = 1e-2, epsilon = 2.2e-16, flat = 0.99;
   constexpr int first_sections = 3;
   const auto size = [&](double share) { return size_between(which, from, to, share); };
-  // in a step that is hardly longer than the rounding of t, |g| comes no nearer to 0 than it changes in that
+  // in a step hardly longer than the rounding of t, |g| is resolved only to its change in that rounding
   const double rounding = 16 * epsilon * std::max(std::fabs(from.t), std::fabs(to.t)) / (to.t - from.t);
   const double least = std::clamp(1e-9 * interval_ / ((high - low) * (to.t - from.t)), closest, 1e-3);
   const double zero = std::clamp(rounding, least, most);
@@ -191,18 +191,17 @@ std::optional<double> TangencyMonitor::least_between(std::size_t which, const Po
     }
   }
   const double share = at_l < at_r ? l : r, beside = 1e-3 * width;
-  const double around =
-      std::max(size(share - beside), size(share + beside));  // a failure alone proves nothing
+  const double around = std::max(size(share - beside), size(share + beside));  // a failure alone is no proof
   if (std::min(at_l, at_r) <= zero * ends && around > 0 && around <= 0.1 * ends)
     return from.t + share * (to.t - from.t);
   return {};
 }
 
-/// Can g be 0 where every yⱼ, of (x, z), is off by some tolerances atolⱼ + rtolⱼ |yⱼ|? Its linearisation
-/// must say so, and g itself turn round or change sign on that way: exponentials and sums of positive
-/// terms fall without reaching 0.
+/// Can an admissible error of every yⱼ in (x, z), some tolerances atolⱼ + rtolⱼ |yⱼ|, make g zero? The
+/// linearisation of g must allow it, and g itself must turn or change its sign on that line: exponentials and
+/// sums of positive terms fall without reaching 0.
 bool TangencyMonitor::can_vanish(std::size_t which, const Point& point) {
-  constexpr double within = 10;  // tolerances: the errors of steps add up
+  constexpr double within = 10;  // tolerances, since the errors of steps accumulate
   constexpr int parts = 16;
   const auto& model = problem_->model();
   if (gradients_.empty()) gradients_.resize(events_.size());
