@@ -64,7 +64,7 @@ bool AffineRow::has_inside(int unknown) const {
   return std::binary_search(inside.begin(), inside.end(), unknown);
 }
 
-/// Is a sum of products 0, although it is not folded to 0? Decided where its symbols have arbitrary values.
+/// Is a sum of products 0 although it does not fold to 0? Decided at random values of its symbols.
 static bool vanishes(Expr sum) {
   if (sum.is_constant()) return sum.is_zero() || std::abs(constant_value(sum)) == 0;
   if (sum.op() != Op::add && sum.op() != Op::sub) return false;
@@ -106,7 +106,7 @@ void AffineRow::take_inside(int unknown) {
 
 namespace {
 
-/// Which nodes contain unknowns, and residuals taken apart into sums.
+/// Knows which nodes contain unknowns and splits residuals into sums.
 class RowReader {
  public:
   RowReader(std::span<const Expr> residuals, const UnknownNumbers& numbers) : numbers_(numbers) {
@@ -121,7 +121,7 @@ class RowReader {
 
   AffineRow read(Expr residual) {
     AffineRow row;
-    std::vector<Part> todo{{residual, Expr(1)}};  // the last one first: long sums lean to the left
+    std::vector<Part> todo{{residual, Expr(1)}};  // depth first: long sums nest to the left
     while (!todo.empty()) {
       const Part part = todo.back();
       todo.pop_back();

@@ -18,13 +18,14 @@
 namespace pendula::dae {
 namespace {
 
-/// What every eliminated unknown means in those that are left. A definition may contain unknowns that were
-/// eliminated before or after it: what it needs comes first.
+/// Every eliminated unknown in terms of the remaining ones. A definition may contain unknowns eliminated
+/// before or after it; those are expanded first.
 Substitution relations_of(const Elimination& e) {
   std::unordered_map<Expr, Expr> meanings;
   for (const Definition& d : e.definitions()) meanings[e.numbers().leaf(d.unknown)] = d.meaning;
   Substitution relations;
-  std::vector<std::pair<Expr, bool>> todo;  // a leaf, and whether what it needs has been seen to
+  // a leaf, and whether the leaves of its definition have been handled
+  std::vector<std::pair<Expr, bool>> todo;
   for (auto it = e.definitions().rbegin(); it != e.definitions().rend(); ++it)
     todo.emplace_back(e.numbers().leaf(it->unknown), false);
   while (!todo.empty()) {
@@ -44,7 +45,7 @@ Substitution relations_of(const Elimination& e) {
   return relations;
 }
 
-/// top derivatives = the rest, or 0 = …
+/// A row written as: top derivatives = the rest, or 0 = …
 Block written_row(const AffineRow& row, const Elimination& e, const Substitution& relations) {
   const UnknownNumbers& numbers = e.numbers();
   std::vector<AffineRow::Term> terms = row.terms;
@@ -99,7 +100,7 @@ std::vector<Block> remaining_blocks(const Model& m, const Elimination& e, const 
   return blocks;
 }
 
-/// The model with 0 in place of these parameters; relations keep their value.
+/// The model with these parameters replaced by 0; relations keep their values.
 ModelPtr without(const ModelPtr& model, std::span<const Expr> zeros) {
   Substitution put_in;
   ModelOptions options = child_of(model);

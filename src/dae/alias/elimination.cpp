@@ -10,8 +10,8 @@
 
 namespace pendula::dae {
 
-constexpr int most_fill = 4;           // new terms by one elimination, beyond those of an alias
-constexpr std::size_t short_row = 12;  // all its unknowns are looked at again when it changes
+constexpr int most_fill = 4;           // terms added by one elimination, beyond those of an alias
+constexpr std::size_t short_row = 12;  // all its unknowns are considered again when it changes
 
 /// The row as an expression.
 static Expr written(const AffineRow& e, const UnknownNumbers& numbers) {
@@ -44,7 +44,7 @@ Elimination::Elimination(const Model& model)
 
 void Elimination::run() {
   std::size_t left = rows_.size(), before = 0;
-  do {  // again: a derivative that was the highest may be a state now, and a force that depends on it may go
+  do {  // again while rows are eliminated: a former top derivative may be a state now, whose forces can go
     before = left;
     for (std::size_t i = 0; i < rows_.size(); ++i)
       if (alive_[i]) consider_row(static_cast<int>(i));
@@ -68,7 +68,8 @@ std::optional<int> Elimination::raised_orders(const AffineRow& row, int x, int t
   const auto enter = [&](int u) {
     const int more = std::max(0, numbers_.order(u) + times - occurrences_.highest(numbers_.base(u)));
     raised += more;
-    // x = y′ does not make one equation of two, x = z no state of an algebraic unknown
+    // reject x = y′, which would not merge equations, and x = z, which would make an algebraic
+    // unknown a state
     const bool coordinate = occurrences_.highest(numbers_.base(u)) > 0 && !occurrences_.is_top(u);
     if (more > 0 && !coordinate) return false;
     return raised <= times && numbers_.order(u) + times < numbers_.stride();
@@ -106,7 +107,7 @@ std::optional<Elimination::Candidate> Elimination::candidate(int row, int x) con
   if (!term || r.has_inside(x)) return {};
   const auto pivot = pivot_class(model_, term->coefficient);
   if (!pivot) return {};
-  long others = -1;  // rows that x is written into
+  long others = -1;  // rows into which x is substituted
   int nonlinear = 0;
   for (int k = 0; k < numbers_.stride(); ++k) {
     others += occurrences_.count(x + k);
@@ -126,19 +127,20 @@ std::optional<Elimination::Candidate> Elimination::candidate(int row, int x) con
                            std::any_of(r.inside.begin(), r.inside.end(), top);
   if (derivatives && times == 0 && (others > 2 || nonlinear > 0)) return {};
   if (wanted_[x] == 2 && terms > 1 && !follows_from_states(r, x)) return {};
-  const bool sum = terms > 1;  // x = c·y goes first: a position is that of another body, no difference of two
-  // a variable that Newton's method had better see; what states give it never looks for
+  // x = c·y is preferred: a position equals another one rather than a difference of two
+  const bool sum = terms > 1;
+  // hides a variable that Newton's method should see; unknowns determined by states need no iteration
   const bool buries = nonlinear > 0 && sum && !follows_from_states(r, x);
-  // (u - v)/R in two sums leaves what R divides, and rounds, in both: their own small terms are lost
+  // (u - v)/R substituted into two sums adds large, rounded terms to both, and their own small terms are lost
   const bool rounds = *pivot > 1 && others > 1;
-  // x″ = y″ - z″ in the place of x″ couples the accelerations; let a distance go rather than a position
+  // x″ = y″ - z″ in place of x″ couples the accelerations; prefer to eliminate a distance, not a position
   const auto accelerates = [&](int u) {
     return u != x && numbers_.order(u) + times >= occurrences_.highest(numbers_.base(u));
   };
   const bool couples = times > 0 && sum && std::any_of(r.terms.begin(), r.terms.end(), [&](const auto& t) {
                          return accelerates(t.unknown);
                        });
-  // what nothing else needs goes first, however long its row: the current into the ground of a large circuit
+  // unknowns used nowhere else go first, however long their row, like the ground current of a large circuit
   const long written_terms = others > 0 ? terms : std::min(terms, 1L);
   const long cost = 16 * fill + 64 * buries + (sum ? 8 + 4 * *pivot : *pivot) + 80 * rounds +
                     32 * (couples || derivatives) + 256 * (derivatives && others > 1) + 2 * written_terms +

@@ -34,7 +34,7 @@ static bool is_nonzero_product(const Model& model, Expr c) {
   }
 }
 
-/// A sum of parameters that is not 0 at their values, nor what is left of larger terms.
+/// Is c a sum of parameters that is clearly nonzero at their values, not a residue of cancelled terms?
 static bool is_nonzero_sum(const Model& model, Expr c) {
   constexpr double cancelled = 1e-3;
   if ((c.op() != Op::add && c.op() != Op::sub) || varies(c)) return false;

@@ -14,7 +14,7 @@ bool is_negative(Expr c) {
 
 namespace {
 
-/// ±part·x of a term.
+/// A summand ±part·x of a term.
 struct Member {
   std::size_t term;
   Expr x;
@@ -30,7 +30,7 @@ class WrittenSum {
   }
 
   Expr added_to(Expr sum) {
-    std::vector<std::vector<Expr>> groups(terms_.size());  // by their first unknowns
+    std::vector<std::vector<Expr>> groups(terms_.size());  // indexed by the first term of each group
     std::vector<bool> shares(terms_.size());
     for (Expr part : parts_) {
       const std::vector<Member>& members = users_[part];
@@ -63,7 +63,7 @@ class WrittenSum {
     }
   }
 
-  /// k/n v beside k u is k v/n: behind a gear, the difference of the angles of a spring.
+  /// Writes k/n v next to k u as k (u - v/n): behind a gear, the angle difference across a spring.
   void join(Expr part) {
     std::vector<Member>& own = users_[part];
     if (own.size() != 1 || part.is_constant()) return;
@@ -93,7 +93,7 @@ class WrittenSum {
     return turned ? sum - scaled(part, inner) : sum + scaled(part, inner);
   }
 
-  /// What of a coefficient no group contains.
+  /// The part of a coefficient that no group contains.
   Expr rest_of(std::size_t term) {
     Expr left = 0;
     for (Expr part : parts_) {

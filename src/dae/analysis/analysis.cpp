@@ -19,8 +19,8 @@
 namespace pendula::dae {
 namespace {
 
-/// Is J of full rank for the parameter values of the model too? Values are rational or doubles, so that the
-/// rank modulo a prime is exact.
+/// Has J full rank at the parameter values of the model? The values are rationals or doubles, so the rank
+/// modulo a prime is exact.
 bool regular_at_values(const Model& m, const Analysis& a) {
   std::vector<Expr> slopes;
   for (const Entry& e : a.jacobian) slopes.push_back(e.value);
@@ -32,7 +32,7 @@ bool regular_at_values(const Model& m, const Analysis& a) {
   try {
     const auto numbers = at_values(slopes, values);
     for (std::size_t k = 0; k < there.size(); ++k) there[k].value = numbers[k];
-  } catch (const Error&) {  // a division by zero: the model says nothing there
+  } catch (const Error&) {  // a division by zero: no statement at these values
     return false;
   }
   std::erase_if(there, [](const Entry& e) { return e.value.is_zero(); });
@@ -40,7 +40,7 @@ bool regular_at_values(const Model& m, const Analysis& a) {
   return modular_rank(there, n, n).rank == n;
 }
 
-/// Ranks of J at points that satisfy the equations; nothing if they cannot differ or are not affordable.
+/// Ranks of J at consistent points; empty if they cannot differ or are too expensive.
 std::optional<ConsistentPointRanks> ranks_on_solutions(const Model& m, const Analysis& a) {
   if (!m.form.empty() || !m.invariants.empty() || m.variables.size() > ConsistentPointRank::affordable)
     return {};
@@ -64,8 +64,8 @@ JacobianStatus jacobian_status_of(const Model& m, Analysis& a) {
 
 }  // namespace
 
-/// x_j⁽ᵏ⁾ = f for many unknowns: index 0 by its form. Only the diagonal of Σ is written down; the rest, which
-/// is dense where f is the solution of a linear system, has orders below k.
+/// Models x_j⁽ᵏ⁾ = f with many unknowns, which have index 0 by their form. Only the diagonal of Σ is stored;
+/// the other orders, dense where f solves a linear system, are below k.
 static Analysis of_large_ode(const Model& m) {
   Analysis a;
   std::unordered_map<Expr, int> number;
@@ -110,7 +110,8 @@ static Analysis analysed(const Model& m) {
   return a;
 }
 
-/// The cached answer; by the number of equations, so that large models do not fill the memory.
+/// The cached result; the size of an entry is its number of equations, which bounds the memory
+/// for large models.
 template <class Find>
 static auto cached(const Model& m, Find find) {
   constexpr std::size_t equations = 4000;  // of all models in the cache together

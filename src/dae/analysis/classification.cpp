@@ -40,13 +40,13 @@ AlgebraicRows algebraic_rows(const Model& m) {
   return rows;
 }
 
-/// x′ = f, 0 = g, in whichever form it is written.
+/// Is the model x′ = f, 0 = g, in whatever way it is written?
 bool is_semi_explicit(const Model& m) {
   return !m.algebraic().empty() && m.kind != dae::ModelKind::ode && !m.mass_matrix &&
          solved_rows(m).size() == m.top_derivatives().size();
 }
 
-/// In a semi-explicit model the index is 1 exactly where ∂g/∂z is regular, and 2, if g = g(x), exactly where
+/// Semi-explicit models have index 1 exactly where ∂g/∂z is regular and, if g = g(x), index 2 exactly where
 /// ∂g/∂x ∂f/∂z is.
 bool condition_is_sharp(const Model& m, const Analysis& a) {
   return is_semi_explicit(m) && a.offsets.index() <= 2;

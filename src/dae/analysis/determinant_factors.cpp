@@ -18,9 +18,9 @@
 namespace pendula::dae {
 namespace {
 
-constexpr std::size_t largest_block = 4;  // determinants are written out up to here
+constexpr std::size_t largest_block = 4;  // up to this size determinants are formed symbolically
 constexpr std::size_t most_conditions = 6;
-constexpr std::size_t searched = 20;   // unknowns of a model whose consistent points are searched
+constexpr std::size_t searched = 20;   // unknowns of a model up to which consistent points are searched
 constexpr double longest_factor = 60;  // operations of a factor
 
 /// Sign of e for all values of its symbols: ±2 strictly, ±1 or zero, 0 unknown.
@@ -63,7 +63,7 @@ class Signs {
         return 0;
     }
   }
-  /// a, b: the signs of what e adds.
+  /// The sign of the sum e of terms with signs a and b.
   int sum(int a, int b, Expr e) {
     if (a != 0 && b != 0 && (a > 0) == (b > 0)) return std::abs(a) > std::abs(b) ? a : b;
     for (const auto& [sign, number, other] :
@@ -74,7 +74,7 @@ class Signs {
     }
     return 0;
   }
-  /// Of |e|, as far as sines and the like tell.
+  /// An upper bound of |e| by the ranges of sine and similar functions.
   double bound(Expr e) {
     if (e.is_constant()) return std::fabs(constant_value(e));
     if (e.is_symbol()) return std::numeric_limits<double>::infinity();
@@ -117,7 +117,7 @@ class Signs {
   std::unordered_map<Expr, double> bounds_;
 };
 
-/// What must not vanish so that e does not.
+/// Splits e into factors; e vanishes only where one of them does.
 void split(Expr e, std::vector<Expr>& factors, Signs& signs) {
   check_stack();
   if (std::abs(signs.of(e)) == 2) return;
@@ -129,7 +129,7 @@ void split(Expr e, std::vector<Expr>& factors, Signs& signs) {
       case Op::mul:
         split(e.operand(0), factors, signs);
         return split(e.operand(1), factors, signs);
-      case Op::div:  // a denominator that vanishes is a point where the equations are not defined
+      case Op::div:  // where a denominator vanishes the equations are undefined
         return split(e.operand(0), factors, signs);
       case Op::pow:
         if (const mpq_class* q = exact_value(e.operand(1))) {
@@ -143,15 +143,15 @@ void split(Expr e, std::vector<Expr>& factors, Signs& signs) {
   if (std::find(factors.begin(), factors.end(), e) == factors.end()) factors.push_back(e);
 }
 
-/// Without a common rational factor, and with the sign by which it reads without a leading minus: a product
-/// gives the common factor of a sum away.
+/// e without a common rational factor, and with a sign that avoids a leading minus. Multiplication by a
+/// symbol makes simplify() extract the common factor of a sum.
 Expr upright(Expr e) {
   const Expr unit = symbol(Kind::slot, "unit");
   std::vector<Expr> parts;
   Signs signs;
   split(simplify(unit * e), parts, signs);
   std::erase(parts, unit);
-  const auto contains_unit = [&](Expr part) {  // the product has been multiplied out
+  const auto contains_unit = [&](Expr part) {  // the product was multiplied out
     const std::vector<Expr> inside = leaves({&part, 1});
     return std::find(inside.begin(), inside.end(), unit) != inside.end();
   };
@@ -195,7 +195,7 @@ class Factors {
     }
   }
   std::vector<Expr> list;
-  std::vector<const Part*> parts;  ///< where each was found first
+  std::vector<const Part*> parts;  ///< where each was first found
   bool complete = true;
 
  private:
@@ -293,8 +293,8 @@ std::string conditions_text(const DeterminantFactors& v, std::optional<Determina
 
 namespace {
 
-/// Where p makes c p + d or c p² + d vanish, c free of p: -d/c, ±√(-d/c). Empty for
-/// other forms, or without a real one.
+/// The roots in p of c p + d or c p² + d, with c free of p: -d/c, ±√(-d/c). Empty for other forms, or if they
+/// are not real.
 std::vector<Expr> roots_in(Expr p, Expr factor) {
   const auto at_zero = [&](Expr e) { return simplify(substitute(e, {{p, Expr(0)}})); };
   const auto contains = [&](Expr e) { return !simplify(partial(e, p)).is_zero(); };
@@ -321,7 +321,7 @@ std::vector<std::pair<Expr, Expr>> exceptional_values(Expr factor) {
     std::vector<std::pair<Expr, std::vector<Expr>>> of;
     for (Expr p : inside)
       if (auto roots = roots_in(p, part); !roots.empty()) of.emplace_back(p, std::move(roots));
-    // a = b rather than b = a, a = 1/b than b = ±√(1/a)
+    // prefers a = b to b = a, and a = 1/b to b = ±√(1/a)
     const auto best = std::min_element(of.begin(), of.end(), [](const auto& x, const auto& y) {
       return std::pair(x.second.size(), topological(x.second).size()) <
              std::pair(y.second.size(), topological(y.second).size());

@@ -17,9 +17,9 @@
 
 namespace pendula::dae {
 
-/// Rows without derivatives, after elimination of unknowns by rows that are linear in one with a number as
-/// its factor: with x + y + z = 2, x² + y² + z² = 1 becomes definite. By short rows only: forces of springs,
-/// substituted into each other, took half a minute to simplify.
+/// Rows without derivatives, after elimination of unknowns by rows that are linear in one with a constant
+/// coefficient: with x + y + z = 2, x² + y² + z² = 1 becomes definite. Short rows only; spring forces
+/// substituted into each other took half a minute to simplify.
 static std::vector<Expr> without_linear_rows(std::vector<Expr> rows) {
   constexpr std::size_t few = 8, short_row = 60, short_solution = 20;  // rows; nodes
   const auto is_long = [](Expr e, std::size_t most) { return topological({&e, 1}).size() > most; };
@@ -46,7 +46,7 @@ static std::vector<Expr> without_linear_rows(std::vector<Expr> rows) {
   return rows;
 }
 
-/// Proved by signs or intervals, of the rows or of their squares completed.
+/// Unsolvable by signs or intervals of the rows, or after completing their squares.
 static bool are_unsolvable(std::vector<Expr> rows) {
   const bool one_is = std::any_of(rows.begin(), rows.end(), [](Expr r) { return std::abs(sign_of(r)) == 2; });
   if (one_is || has_no_solution(rows, {})) return true;
@@ -56,7 +56,7 @@ static bool are_unsolvable(std::vector<Expr> rows) {
   return rows.size() > given && has_no_solution(rows, {});
 }
 
-/// Smooth, and nowhere of the other sign.
+/// Is e smooth and of one sign everywhere?
 static bool is_extreme_where_zero(Expr e) {
   const auto nodes = topological({&e, 1});
   const bool has_kinks = std::any_of(nodes.begin(), nodes.end(), [](Expr n) {
@@ -65,7 +65,7 @@ static bool is_extreme_where_zero(Expr e) {
   return !has_kinks && std::abs(sign_of(e)) == 1;
 }
 
-/// The fewest of these rows that have no solution in common; nothing if there are no such.
+/// A minimal subset of the rows without a common solution; empty if none is found.
 static std::optional<std::string> contradiction(const Model& m, const std::vector<Expr>& all,
                                                 std::vector<int> rows) {
   const auto unsolvable = [&](const std::vector<int>& some) {

@@ -18,7 +18,7 @@ std::string row_label(const Model& m, const DerivativeArray& array, int row) {
   return m.label(static_cast<std::size_t>(row % equations)) + primes(row / equations);
 }
 
-/// ∂(row)/∂y as rationals, or nothing if one of them is not.
+/// ∂(row)/∂y as rationals; empty if an entry is not rational.
 std::optional<TrackedRow> constant_row(const DerivativeArray& array, int row, const std::vector<Expr>& y) {
   TrackedRow tracked;
   tracked.combination[row] = 1;

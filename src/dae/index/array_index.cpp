@@ -22,9 +22,9 @@ namespace {
 
 using Index = Eigen::Index;
 
-constexpr std::size_t most_nodes = 400'000;  // of F_k: about a second of evaluations
-constexpr std::size_t most_states = 400;     // for conditions in symbols, and for ranks at a given point
-constexpr double near_enough = 1e3;          // of a point that is called singular
+constexpr std::size_t most_nodes = 400'000;  // of F_k, for about a second of evaluations
+constexpr std::size_t most_states = 400;     // for symbolic conditions, and for ranks at a given point
+constexpr double near_enough = 1e3;          // size below which a slow point counts as singular
 constexpr int max_seeds = 24;                // starting values tried for the points of one model
 
 std::unordered_set<Expr> unknown_bases(const Model& m) {
@@ -39,7 +39,7 @@ bool mentions(Expr e, const std::unordered_set<Expr>& bases) {
   return false;
 }
 
-/// One determination of the index: the residuals as they are, without regard to the model's parameter values.
+/// The result of one determination of the index, of residuals in which parameters have no values.
 struct Determination {
   ArrayVerdict verdict = ArrayVerdict::not_covered;
   int index = -1;
@@ -51,11 +51,11 @@ struct Determination {
   double gap = 0;
   bool exact = false, dependent = false;
   std::string why;
-  std::unordered_map<Expr, double> point;  ///< one of those used
+  std::unordered_map<Expr, double> point;  ///< one of the points used
   int dof() const { return states - conditions; }
 };
 
-/// Ranks modulo a prime; y and higher are columns to the right of x.
+/// Ranks modulo a prime; the columns of y and of higher derivatives follow those of x.
 Determination determine_exactly(DerivativeArray array, const ArrayOptions& options) {
   Determination d;
   d.exact = true;
@@ -89,7 +89,7 @@ Determination determine_exactly(DerivativeArray array, const ArrayOptions& optio
   return d;
 }
 
-/// A point on the way: its values by leaf, so that it can be continued when F_k grows.
+/// A point that is continued when F_k grows, by its values.
 struct Walker {
   int seed;
   std::unordered_map<Expr, double> values;
@@ -106,10 +106,11 @@ struct PointSet {
   int unclear = 0;  ///< points without a clear gap of singular values, for this k and those before
 };
 
-/// Up to options.points solutions of F_k = 0: the walkers continued, then new ones.
+/// Finds up to options.points solutions of F_k = 0, first by continuing the walkers, then from
+/// new starting values.
 void find_points(PointSet& set, const NumericArray& numeric, std::vector<Walker>& walkers, int& next_seed,
                  int points, int rows) {
-  int full = 0;  // points where the rows are independent, as those of a model with unique solutions are
+  int full = 0;  // points at which the rows are independent, as in models with unique solutions
   set.found.clear();
   const auto visit = [&](Walker walker) {
     const auto known = numeric.known(walker.seed);
@@ -119,7 +120,7 @@ void find_points(PointSet& set, const NumericArray& numeric, std::vector<Walker>
       walker.values[numeric.columns()[j]] = solution->w[j];
     const ArrayRanks ranks = numeric.ranks(*solution, known);
     if (ranks.slow && solution->w.cwiseQuotient(numeric.unit()).cwiseAbs().maxCoeff() > near_enough)
-      return;  // slow since it runs off
+      return;  // slow because it diverges
     full += ranks.all == rows && ranks.gap >= clear_gap;
     if (ranks.gap >= clear_gap || ranks.slow)
       set.found.push_back({std::move(walker), ranks});
@@ -134,7 +135,7 @@ void find_points(PointSet& set, const NumericArray& numeric, std::vector<Walker>
     if (!p.ranks.slow) walkers.push_back(p.walker);
 }
 
-/// Points that count: where the equations lose rank themselves, branches meet.
+/// The points that count: those with the largest rank. Branches meet where the equations lose rank.
 std::vector<const PointRanks*> regular_points(const std::vector<PointRanks>& found) {
   int most = 0;
   for (const PointRanks& p : found)
@@ -145,8 +146,8 @@ std::vector<const PointRanks*> regular_points(const std::vector<PointRanks>& fou
   return regular;
 }
 
-/// No point of F_k = 0 can be used: one slow point alone may be an accident, as it is if there were regular
-/// points before F grew.
+/// The verdict if no point of F_k = 0 is usable. A single slow point may be an accident, and is one if
+/// smaller F had regular points.
 Determination without_points(Determination d, const PointSet& points, int k) {
   const bool accident = points.found.size() < 2 || d.gap > 0;
   d.verdict = accident ? ArrayVerdict::not_covered : ArrayVerdict::singular;
@@ -157,9 +158,9 @@ Determination without_points(Determination d, const PointSet& points, int k) {
   return d;
 }
 
-/// The smallest k' ≤ k for which F_k' determines x′ at these points too: points found for less derivatives
-/// may all have been on a set where the equations lose rank (y² (3 y′ + y) = 0 at y = 0), but points of
-/// F_k = 0 where its rows are independent are no such points.
+/// The smallest k' ≤ k for which F_k' determines x′ at these points as well. Points found with fewer
+/// derivatives may all lie on a set where the equations lose rank (y² (3 y′ + y) = 0 at y = 0); points of F_k
+/// = 0 with independent rows do not.
 int least_order(const std::vector<const PointRanks*>& regular, int k, int n) {
   while (k > 0 && std::all_of(regular.begin(), regular.end(), [&](const PointRanks* p) {
            const ArrayRanks::OfPrefix& before = p->ranks.prefixes[k - 1];
@@ -169,7 +170,7 @@ int least_order(const std::vector<const PointRanks*>& regular, int k, int n) {
   return k;
 }
 
-/// The verdict if F_k ends the search; `d` receives what F_k adds to it otherwise.
+/// The verdict if the search ends with F_k; otherwise `d` is updated.
 std::optional<Determination> judge(Determination& d, const PointSet& points, int k, int n, int rows) {
   const std::vector<const PointRanks*> regular = regular_points(points.found);
   d.points = static_cast<int>(points.found.size());
@@ -196,7 +197,7 @@ std::optional<Determination> judge(Determination& d, const PointSet& points, int
   end.conditions = first.all - first.y;
   end.dependent = first.all < rows;
   end.verdict = end.lowest == end.highest && constant ? ArrayVerdict::determined : ArrayVerdict::varying;
-  if (end.dependent && end.verdict == ArrayVerdict::determined) {  // a rank was not seen right
+  if (end.dependent && end.verdict == ArrayVerdict::determined) {  // a rank was not determined correctly
     end.verdict = ArrayVerdict::not_covered;
     end.why = text("the ranks of F", subscript(k), " are not clear");
   }
@@ -212,7 +213,7 @@ Determination determine_at_points(DerivativeArray array, const ArrayOptions& opt
   PointSet points;
   int next_seed = 0;
   for (int k = 0; k <= options.max_order; ++k, array.extend()) {
-    // F₀ alone decides little: its points would be searched in vain where F₁ is too large
+    // F₀ alone decides little; do not search its points if F₁ will be too large
     const std::size_t columns = array.columns().size() + (k == 0 ? array.first().size() : 0);
     if (static_cast<int>(columns) > options.max_columns) {
       d.why = text("F", subscript(std::max(k, 1)), " has ", columns, " columns");
@@ -272,7 +273,7 @@ std::string words(const Determination& d) {
   return "";
 }
 
-/// The rank of the conditions found so far equals their number, at a point of the solution.
+/// Do the conditions found so far have full rank at a point of the solution?
 auto independence(const Model& m, const DerivativeArray& array, const Determination& d) {
   const bool symbolic = d.exact || without_calls(m.residuals) != m.residuals;
   std::unordered_map<Expr, double> point = d.point;
@@ -293,7 +294,7 @@ auto independence(const Model& m, const DerivativeArray& array, const Determinat
   };
 }
 
-/// Written with parameter symbols where that gives all of them, else with the parameter values.
+/// The conditions in parameter symbols if that yields all of them, else at the parameter values.
 std::vector<ArrayCondition> conditions_of(const Model& m, const std::vector<Expr>& given,
                                           const Determination& d) {
   if (d.conditions == 0 || static_cast<std::size_t>(d.states) > most_states) return {};
@@ -305,14 +306,14 @@ std::vector<ArrayCondition> conditions_of(const Model& m, const std::vector<Expr
     try {
       auto found = explicit_conditions(m, array, orders, independence(m, array, d));
       if (found.size() > best.size() || best.empty()) best = std::move(found);
-    } catch (const UserFacing&) {  // a value that substitution or evaluation cannot take: not written out
+    } catch (const UserFacing&) {  // a value that cannot be substituted or evaluated
     }
     if (static_cast<int>(best.size()) == d.conditions) break;
   }
   return best;
 }
 
-/// At a point that the caller knows: x held, y solved for. Returns what is wrong there, or nothing.
+/// Checks a given point: x held, y solved for. Returns a description of the problem, or nothing.
 std::string trouble_at(const Model& m, const std::vector<Expr>& residuals, const Determination& d,
                        const std::unordered_map<Expr, double>& at) {
   DerivativeArray array(without_calls(residuals), m.variables);

@@ -25,7 +25,7 @@ namespace pendula::dae {
 namespace {
 
 constexpr std::size_t array_affordable =
-    12;  // unknowns of a nonlinear model for which numeric ranks are taken
+    12;  // unknowns of a nonlinear model up to which numeric ranks are computed
 
 IndexResult from_structure(const Analysis& a, const std::string& by) {
   IndexResult t;
@@ -35,7 +35,7 @@ IndexResult from_structure(const Analysis& a, const std::string& by) {
   return t;
 }
 
-/// What makes a pencil singular, where elimination shows it: "(2) - (1):  0 = 1 …".
+/// An elimination that shows why a pencil is singular: "(2) - (1):  0 = 1 …".
 std::string why_singular(const Model& m) {
   std::vector<std::string> tried;
   regularise(std::make_shared<const Model>(m), &tried);
@@ -68,9 +68,9 @@ std::vector<Constraint> array_constraints(const ArrayResult& array) {
   return list;
 }
 
-/// A label in which "(6*)", no equation of the user, is replaced by the combination that it stands for.
+/// Replaces "(6*)" in a label, which is no equation of the user, by the combination it denotes.
 std::string in_given_equations(std::string label, const Model& regularised) {
-  constexpr int deepest = 3;  // combinations of combinations; an equation may have been replaced twice
+  constexpr int deepest = 3;  // nested combinations; an equation may have been replaced twice
   for (int depth = 0; depth < deepest && label.find("*)") != std::string::npos; ++depth)
     for (std::size_t i = 0; i < regularised.residuals.size(); ++i) {
       const auto [block, row] = regularised.origin[i];
@@ -95,7 +95,7 @@ std::vector<Constraint> in_given_terms(std::vector<Constraint> list, const Regul
     }
   }
   std::stable_sort(list.begin(), list.end(), [](const Constraint& a, const Constraint& b) {
-    return display_width(a.label) < display_width(b.label);  // an equation as written, then combinations
+    return display_width(a.label) < display_width(b.label);  // an original equation first, then combinations
   });
   return list;
 }
@@ -132,7 +132,7 @@ IndexResult from_array(const ModelPtr& model, const Analysis& a, const ArrayResu
   throw Failure("no index can be given: " + why);
 }
 
-/// det J is written out, and no factor of it can vanish.
+/// Can det J be formed, without a factor that can vanish?
 bool regular_everywhere(const Model& m, const Analysis& a) {
   const DeterminantFactors v = determinant_factors(m, a, blocks_of(m, a));
   return v.complete && v.conditions.empty();
@@ -156,7 +156,7 @@ bool exact_in_general(const Model& m, const Analysis& a) {
   return lower.cannot_determine(rank);
 }
 
-/// The structure's answer, and at which points it was confirmed.
+/// The index by structure, with the number of points at which it was confirmed.
 IndexResult confirmed_structure(const Model& m, const Analysis& a) {
   const auto n = static_cast<int>(m.variables.size());
   std::string by = "structure, system Jacobian regular";
@@ -176,8 +176,8 @@ IndexResult confirmed_structure(const Model& m, const Analysis& a) {
   return t;
 }
 
-/// The derivative array at consistent points of the regularised equations, which
-/// Newton's method finds more easily.
+/// The derivative array at consistent points of the regularised equations, which Newton's method
+/// finds more easily.
 ArrayResult array_from_regularised(const Model& m, const Regularised& r, ArrayOptions options) {
   constexpr int seeds = 8;
   const Model& other = *r.model;
@@ -205,7 +205,8 @@ IndexResult without_regular_structure(const ModelPtr& model, const Analysis& a, 
   t.index = regularised->differentiations;
   t.index_is_bound = t.index > 1;
   if (!t.index_is_bound) return t;
-  if (const int points = points_beyond(*model, t.index - 1); points > 1) {  // at one it may be an accident
+  // a single point may be an accident
+  if (const int points = points_beyond(*model, t.index - 1); points > 1) {
     t.evidence += text(", and derivative array at ", points, " points");
     t.index_is_bound = false;
   }
@@ -213,15 +214,15 @@ IndexResult without_regular_structure(const ModelPtr& model, const Analysis& a, 
 }
 
 IndexResult find(const Model& m, const Analysis& a) {
-  // A reduced form: made regular on purpose, with conditions its equations do not know, or with states that
-  // are changed where it becomes singular.
+  // Reduced forms are regular by construction. Their equations do not contain their conditions, or their
+  // states are exchanged where they become singular.
   if (!m.invariants.empty() || ((m.form == "dummy" || m.form == "array") && a.regular)) {
     if (!a.regular) fail_no_index(m, a, nullptr, {});
     return from_structure(a, "structure of a reduced form, system Jacobian regular");
   }
   if (a.jacobian_status == JacobianStatus::unmatched) fail_no_index(m, a, nullptr, {});
   if (auto t = from_pencil(m)) return *t;
-  if (a.regular)  // else fail_no_index() says it
+  if (a.regular)  // otherwise fail_no_index() reports it
     if (const std::string why = why_unsolvable(m); !why.empty())
       throw Failure("no index can be given: " + why);
   if (a.regular && a.dof == 0 && a.index > 1)
@@ -233,7 +234,7 @@ IndexResult find(const Model& m, const Analysis& a) {
     return from_structure(a, text("structure and derivative array, ranks at ", points, " points"));
   const auto model = std::make_shared<const Model>(m);
   ArrayOptions options;
-  options.conditions = !a.regular;  // else they are those of the structure
+  options.conditions = !a.regular;  // otherwise the conditions are those of the structure
   const ArrayResult array = derivative_array(m, options);
   if (!a.regular) return without_regular_structure(model, a, array, options);
   if (array.verdict == ArrayVerdict::determined && array.dof == a.dof && array.index <= a.index)
@@ -261,8 +262,8 @@ HiddenConstraints written_down(const Model& m, const Analysis& a, const IndexRes
   return {regularised_constraints(*regularised), true};
 }
 
-/// Conditions on the states only, as many as there are; where elimination does not lead to them, the list
-/// stays as it was found and is marked incomplete.
+/// Completes the conditions on the states to their known number. If elimination does not find all of them,
+/// the list stays as it is and is marked incomplete.
 void complete_constraints(const Model& m, const Analysis& a, const IndexResult& t, HiddenConstraints& known) {
   const int wanted = static_cast<int>(m.states().size()) - t.dof;
   const bool clean = on_states_only(m, known.constraints);
@@ -272,7 +273,7 @@ void complete_constraints(const Model& m, const Analysis& a, const IndexResult& 
   if (a.jacobian_status == JacobianStatus::at_values) there.residuals = residuals_at_values(m);
   auto rows = a.regular ? rows_by_offsets(there, a.offsets) : rows_up_to(there, order);
   auto found = hidden_constraints_on_states(there, m.states(), std::move(rows), wanted);
-  if (!a.regular)  // the regularised equations may lead further, or to something shorter
+  if (!a.regular)  // the regularised equations may yield more conditions, or shorter ones
     if (const auto regularised = regularise(std::make_shared<const Model>(there))) {
       auto more =
           hidden_constraints_on_states(*regularised->model, m.states(),
@@ -294,7 +295,7 @@ std::string answer_in(const Model& m) {
   }
 }
 
-/// Notes where the regions of a piecewise model do not all have one answer; true where they do not.
+/// Adds a note if the regions of a piecewise model have different answers; returns true if so.
 bool compare_regions(const Model& m, IndexResult& t) {
   if (m.variables.size() > array_affordable) return false;
   std::vector<std::string> answers, words;
@@ -305,7 +306,7 @@ bool compare_regions(const Model& m, IndexResult& t) {
   }
   if (answers.size() < 2) return false;
   t.notes = {"the model is piecewise: " +
-             join(words, "; ")};  // what was found at single points is in one region
+             join(words, "; ")};  // replaces notes about single points, which lie in one region
   return true;
 }
 
@@ -314,7 +315,7 @@ struct Outcome {
   std::string failure;
 };
 
-constexpr std::size_t kept = 500;  // equations; beyond them the structure decides, and quickly
+constexpr std::size_t kept = 500;  // equations; for larger models the structure decides, which is fast
 
 }  // namespace
 

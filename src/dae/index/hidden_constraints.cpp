@@ -21,7 +21,7 @@ namespace pendula::dae {
 namespace {
 
 constexpr std::size_t most_rows = 80;
-constexpr double longest_row = 300;  // operations of a row that is used further
+constexpr double longest_row = 300;  // operations; longer rows are not used for elimination
 
 class Elimination {
  public:
@@ -51,12 +51,12 @@ class Elimination {
   struct Row {
     Expr e;
     int equation, derivative;
-    std::vector<std::string> with;  ///< labels of the rows that were put in
+    std::vector<std::string> with;  ///< labels of the rows that were substituted
     bool done = false;
-    std::optional<std::vector<std::pair<Expr, Expr>>> slopes = {};  ///< unset: not asked for yet
+    std::optional<std::vector<std::pair<Expr, Expr>>> slopes = {};  ///< empty: not computed yet
   };
 
-  /// What a row may be solved for, and its derivative by that.
+  /// The unknowns that a row can be solved for, each with the derivative of the row.
   const std::vector<std::pair<Expr, Expr>>& slopes(Row& r) const {
     if (r.slopes) return *r.slopes;
     r.slopes.emplace();
@@ -68,8 +68,8 @@ class Elimination {
     return *r.slopes;
   }
 
-  /// By order of derivative, then in the order of the model's unknowns: what is solved first must not depend
-  /// on the session.
+  /// Sorted by order of derivative, then by the order of the model's unknowns, so that the result does not
+  /// depend on the session.
   std::vector<Expr> eliminated_in(Expr e) const {
     std::vector<Expr> found;
     for (Expr leaf : leaves({&e, 1}))
@@ -85,7 +85,7 @@ class Elimination {
     return m_.label(static_cast<std::size_t>(r.equation)) + primes(r.derivative);
   }
 
-  /// Rows without anything to eliminate become conditions if they are independent of those found.
+  /// Rows without unknowns to eliminate become conditions if they are independent of those found so far.
   void collect(int wanted) {
     for (Row& r : rows_) {
       if (r.done || !eliminated_in(r.e).empty()) continue;
@@ -113,7 +113,8 @@ class Elimination {
     double cost;
   };
 
-  /// Constant coefficients before those with t and parameters before those with states; few unknowns.
+  /// The cheapest pivot: constant coefficients before those with t and parameters before those with states;
+  /// rows with few unknowns first.
   std::optional<Pivot> cheapest() {
     std::optional<Pivot> best;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
@@ -155,7 +156,7 @@ class Elimination {
     return true;
   }
 
-  /// The derivative of a condition, with what has been solved for put in, is a condition too.
+  /// The derivative of a condition is a condition as well, after substitution of the solved unknowns.
   void derive(Constraint c) {
     constexpr double longest_derived = 20'000;
     Expr e = total_derivative(c.residual);
@@ -177,7 +178,7 @@ class Elimination {
   std::unordered_map<Expr, std::size_t> place_;
   std::unordered_set<Expr> states_;
   std::vector<Row> rows_;
-  std::vector<std::pair<Expr, Expr>> solved_;  ///< leaf, what it is
+  std::vector<std::pair<Expr, Expr>> solved_;  ///< leaf, its solution
   std::vector<Constraint> found_;
 };
 

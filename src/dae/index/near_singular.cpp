@@ -22,8 +22,8 @@ namespace {
 
 constexpr double rounding = 64 * 2.2e-16;
 
-/// The difference of two nearby numbers of 53 bits is a small multiple of their last bit:
-/// 100·1.1 - 110 = 2⁻⁴⁶. Other results have all bits; one in 2⁴³ of them looks like this by chance.
+/// Is v the rounding error of a difference? The difference of two close doubles is a small multiple of their
+/// last bit: 100·1.1 - 110 = 2⁻⁴⁶. Other results use all bits; one in 2⁴³ of them looks like this by chance.
 bool is_difference_of_roundings(double v) {
   constexpr int bits = 10;
   int exponent;
@@ -31,11 +31,11 @@ bool is_difference_of_roundings(double v) {
   return v != 0 && leading == std::round(leading);
 }
 
-/// Constants of the size of rounding errors, beside which the others of the equation are of size 1:
-/// 0.1 + 0.2 - 0.3. Decimals as typed are exact and do not count.
+/// Constants of the size of rounding errors relative to the other constants of the equation, or 1: 0.1 + 0.2
+/// - 0.3. Typed decimals are exact and excluded.
 std::vector<Expr> rounding_sized(Expr residual) {
   constexpr double small_beside =
-      1e-6;  // 2¹⁰ last bits of numbers up to 10⁷ times the largest one that is left
+      1e-6;  // 2¹⁰ times the last bit of numbers up to 10⁷ times the largest remaining one
   std::vector<Expr> small;
   double largest = 1;
   for (Expr node : topological({&residual, 1}))
@@ -49,7 +49,7 @@ std::vector<Expr> rounding_sized(Expr residual) {
   return small;
 }
 
-/// The sizes that equations tell without their smallest constants: in nanometres, 10⁻¹⁸ is an area.
+/// Sizes of unknowns determined without the smallest constants. In nanometres, 10⁻¹⁸ is an area.
 class SizesWithout {
  public:
   explicit SizesWithout(const std::vector<Expr>& residuals) : values_(random_point(residuals, 0)) {
@@ -61,9 +61,9 @@ class SizesWithout {
     for (std::size_t j = 0; j < unknowns.size(); ++j) values_[unknowns[j]] *= m.unknowns[j];
   }
 
-  /// Is the change of a residual by a constant more than a rounding error of its largest term? The
-  /// size of an unknown that has only small constants as factors, as an acceleration with a mass in
-  /// s⁻², is not known from other terms.
+  /// Does a constant change a residual by more than a rounding error of its largest term? True if an
+  /// unknown has no known size, because all its factors are small constants, like an acceleration
+  /// multiplied by a small mass.
   bool is_seen(Expr before, Expr after, Eigen::Index row) const {
     const std::vector<Expr> inside = leaves({&before, 1});
     if (std::any_of(inside.begin(), inside.end(), [&](Expr leaf) {
@@ -117,8 +117,8 @@ std::optional<std::string> note_on_rounding(const Model& m, const std::string& h
               "; as given: ", here, ", with 0 in ", words.size() == 1 ? "its" : "their", " place: ", there);
 }
 
-/// Has the system Jacobian its full rank at some point, with pivots above rounding? At points of several
-/// sizes: with a temperature of 1, exp(-3000/T) is 0.
+/// Has the system Jacobian full rank at some point, with pivots above rounding? Points of several sizes are
+/// tried: at a temperature of 1, exp(-3000/T) is 0.
 static bool has_clear_rank(const Model& m, const Analysis& a) {
   std::vector<Expr> slopes;
   for (const Entry& e : a.jacobian) slopes.push_back(e.value);

@@ -16,7 +16,7 @@ namespace {
 constexpr int wanted = 3;  // points
 constexpr int seeds = 8;   // starting values tried
 
-/// The system Jacobian as numbers.
+/// The system Jacobian at a point.
 Mat as_numbers(const std::vector<Entry>& jacobian, const StableValues& at, int n) {
   Mat J = Mat::Zero(n, n);
   for (std::size_t k = 0; k < jacobian.size(); ++k)

@@ -17,7 +17,7 @@ bool is_law(const Block& block) {
          std::all_of(block.lhs.begin(), block.lhs.end(), is_input);
 }
 
-/// Takes the equations for inputs out of `blocks`.
+/// Removes the equations for inputs from `blocks` and returns them.
 Substitution take_laws(std::vector<Block>& blocks) {
   Substitution laws;
   std::vector<Block> others;
@@ -42,7 +42,7 @@ bool mentions(Expr e, const Substitution& laws) {
   });
 }
 
-/// The derivatives of the inputs that occur in e, by the laws of the inputs.
+/// Substitutes the laws of inputs and their derivatives into e.
 Expr put_in(Expr e, const Substitution& laws) {
   Substitution all;
   for (Expr leaf : leaves({&e, 1})) {
@@ -54,7 +54,7 @@ Expr put_in(Expr e, const Substitution& laws) {
   return all.empty() ? e : substitute(e, all);
 }
 
-/// Laws in terms of what is no input with a law: each round resolves one step of a chain F ~ k*G, G ~ x.
+/// Expands laws that contain other inputs with laws; each round resolves one step of a chain F ~ k*G, G ~ x.
 void resolve_chains(Substitution& laws) {
   const auto open = [&] {
     return std::find_if(laws.begin(), laws.end(),

@@ -49,7 +49,7 @@ std::string written_partial(const std::string& code, const PrintOptions& options
               latex_words(function, true), "}{\\partial ", x, "}");
 }
 
-/// What stands between the marks of a reference: kind, for matrices the number of rows and a colon, ids.
+/// The text between the marks of a reference: kind, for matrices the number of rows and a colon, ids.
 std::string written(const std::string& code, Notation notation) {
   PrintOptions options = default_print_options();
   options.latex = notation == Notation::latex;
@@ -86,7 +86,7 @@ constexpr std::array signs{
     Sign{"₉", "_{9}"},    Sign{"…", "\\ldots "},
 };
 
-/// What letters mean in a formula, but not between words.
+/// Replacements within formulas only, not between words.
 constexpr std::array in_formulas{
     Sign{"d/dt ∂L/∂q′", "\\frac{\\mathrm d}{\\mathrm dt} \\frac{\\partial L}{\\partial \\dot{q}}"},
     Sign{"∂L/∂q", "\\frac{\\partial L}{\\partial q}"},
@@ -110,7 +110,7 @@ const Sign* sign_at(const std::string& s, std::size_t i, bool inside) {
   return it == signs.end() ? nullptr : &*it;
 }
 
-/// A prime carries its own exponent: what it follows must be closed first.
+/// Braces what a prime follows, since a prime carries an exponent of its own.
 std::string two_indices_as_one(std::string latex) {
   for (const char* between : {"}^{", "}_{"})
     for (std::size_t k = 0; (k = latex.find(between, k)) != std::string::npos;) {
@@ -124,7 +124,7 @@ std::string two_indices_as_one(std::string latex) {
   return latex;
 }
 
-/// Primes behind a letter and its index as dots above the letter: q_{1}'' is \ddot{q}_{1}.
+/// Turns primes after a letter and its index into dots: q_{1}'' becomes \ddot{q}_{1}.
 std::string with_dots(std::string latex) {
   constexpr std::array accents{"\\dot{", "\\ddot{", "\\dddot{"};
   for (std::size_t at = 0; (at = latex.find('\'', at)) != std::string::npos;) {
@@ -145,7 +145,7 @@ std::string with_dots(std::string latex) {
   return latex;
 }
 
-/// Removes the symbol that `text` ends with, x or C_A, and returns it; nothing where it ends otherwise.
+/// Removes and returns the symbol at the end of `text`, x or C_A; empty if there is none.
 std::string taken_symbol(std::string& text) {
   const auto is_letter = [&](std::size_t i) {
     return std::isalnum(static_cast<unsigned char>(text[i])) != 0;
@@ -199,7 +199,7 @@ bool is_told(const std::string& line, Detail detail) {
   return line[0] != from_every && (detail == Detail::full || line[0] != from_full);
 }
 
-/// Whether the letter at `i` is a word of its own that names a quantity: "neither q nor z".
+/// Is the letter at `i` a word of its own that denotes a quantity, as in "neither q nor z"?
 static bool is_symbol_alone(const std::string& words, std::size_t i) {
   const auto borders = [&](std::size_t k, const char* marks) {
     return k >= words.size() || std::strchr(marks, words[k]) != nullptr;
@@ -231,12 +231,12 @@ std::string latex_words(const std::string& words, bool inside) {
   return inside ? with_dots(out) : out;
 }
 
-/// A formula that fills its line: it is displayed.
+/// Is the line a single formula, to be displayed?
 static bool is_display(const std::string& line) {
   return line.size() > 1 && line.front() == begin_formula && line.find(end_formula) == line.size() - 1;
 }
 
-/// The lines of a grid below each other, where `before` stands on the left of it.
+/// Indents the lines of a grid so that they align to the right of `before`.
 static std::string aligned(std::string grid, const std::string& before) {
   const std::string blanks(static_cast<std::size_t>(display_width(before.substr(before.rfind('\n') + 1))),
                            ' ');
@@ -281,7 +281,7 @@ std::string rendered(const std::string& line, Notation notation) {
 
 namespace {
 
-/// "2a" of a line "(2a)  formula", else nothing.
+/// The label "2a" of a line "(2a)  formula", or nothing.
 std::string label_of_formula(const std::string& line) {
   const std::size_t close = line.find(')'), open = line.find(begin_formula);
   const bool only = open != std::string::npos && is_display(line.substr(open));
@@ -307,7 +307,7 @@ std::string latex_line(std::string line) {
   return text(first > 0 ? "\\quad " : "", set, tall ? tall_line : line_end);
 }
 
-/// Appends a line; what continues the sentence of the line before stays in its paragraph.
+/// Appends a line; a line that continues a sentence stays in its paragraph.
 void append_latex(std::string& out, const std::string& line) {
   const std::string set = latex_line(line), indented = "\\quad ";
   const std::string paragraph = out.ends_with(tall_line) ? tall_line : line_end;

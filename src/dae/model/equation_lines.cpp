@@ -11,13 +11,13 @@ namespace {
 using Index = Eigen::Index;
 
 constexpr std::size_t longest_side = 1000;  // characters of a side
-constexpr Index most_split = 60;            // rows; longer columns are not searched for points
+constexpr Index most_split = 60;            // rows; longer columns are not searched for mechanical points
 
 Index nonzero(const VecX& v) {
   return std::count_if(v.begin(), v.end(), [](Expr e) { return !e.is_zero(); });
 }
 
-/// Whether names of vectors say all of it, in a line that is short enough to read.
+/// Can the equations be written with names of vectors alone, in a line of readable length?
 bool reads_as_vectors(const VecX& lhs, const VecX& rhs) {
   constexpr int widest = 100;
   if (nonzero(lhs) == 1) return false;  // x₁′ e₁ = … reads better row by row

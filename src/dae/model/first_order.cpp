@@ -14,7 +14,7 @@
 
 namespace pendula::dae {
 
-/// x′ = f, 0 = g, when every derivative has its own solved row.
+/// Sets x′ = f, 0 = g if every derivative has a solved row of its own.
 static void fill_explicit_form(const Model& m, FirstOrder& fo) {
   std::unordered_map<Expr, Expr> f;
   std::unordered_set<std::size_t> used;

@@ -22,7 +22,7 @@ namespace {
 
 using Index = Eigen::Index;
 
-/// The entries of x, z or u. Throws Error naming what is no variable, or stands there twice.
+/// The entries of x, z or u. Throws Error naming an entry that is no variable or occurs twice.
 std::vector<Expr> variables(const char* what, const VecX& v) {
   std::vector<Expr> list;
   std::unordered_set<Expr> known;
@@ -40,7 +40,7 @@ VecX derivative(const VecX& x) {
   return x.unaryExpr([](Expr e) { return derivative_leaf(e); });
 }
 
-/// The model under the name of the form it is written in, though its rows could be solved for x′.
+/// The model declared as implicit, although its rows could be solved for x′.
 ModelPtr as_implicit(const ModelPtr& model) {
   if (model->kind == ModelKind::fully_implicit || model->kind == ModelKind::implicit_ode) return model;
   auto copy = std::make_shared<Model>(*model);
@@ -103,7 +103,7 @@ ModelPtr linear(const MatX& E, const MatX& A, const MatX& B, VecX x, VecX u, std
   return make_model({{E * derivative(x), right, ""}}, std::move(options));
 }
 
-/// The same model with a last line of its derivation, which needs the finished model.
+/// The model with a last line of its derivation that needs the finished model.
 template <class Line>
 static ModelPtr with_last_line(const ModelPtr& model, Line line) {
   auto copy = std::make_shared<Model>(*model);
@@ -111,7 +111,7 @@ static ModelPtr with_last_line(const ModelPtr& model, Line line) {
   return copy;
 }
 
-/// "n_x = 2, n_z = 1, n_u = 1; F has m = 3 rows: …", why m = n_x + n_z.
+/// The counts "n_x = 2, n_z = 1, n_u = 1; F has m = 3 rows: …" that explain m = n_x + n_z.
 static std::string counts(const Model& m) {
   const std::size_t n = m.top_derivatives().size(), z = m.algebraic().size(), u = m.inputs.size(),
                     rows = m.residuals.size();
@@ -126,7 +126,7 @@ static std::string counts(const Model& m) {
   return out;
 }
 
-/// left - right, as everywhere; of 0 = g it is g.
+/// left - right, as everywhere; for 0 = g it is g.
 static VecX residual_of(const Block& b) {
   VecX residual = b.lhs - b.rhs;
   for (Index i = 0; i < residual.size(); ++i)
@@ -144,7 +144,7 @@ ModelPtr to_implicit(const ModelPtr& model) {
                         [](const Model& m) { return counts(m); });
 }
 
-/// The usual name of a derivative: ω₁ of θ₁; v where there is no other, else v_x.
+/// The usual name of a derivative: ω₁ for θ₁; v if it is the only one, else v_x.
 static std::string velocity_name(const std::string& name, bool alone) {
   constexpr std::string_view angle = "theta";
   if (name.starts_with(angle)) return "omega" + name.substr(angle.size());
@@ -186,7 +186,7 @@ ModelPtr to_first_order(const ModelPtr& model) {
   return make_model(std::move(blocks), std::move(options));
 }
 
-/// The equations without derivatives as they were written: each keeps its sign.
+/// The equations without derivatives with their original signs.
 static std::vector<Block> algebraic_blocks(const Model& m) {
   const auto top = m.top_derivatives();
   const std::unordered_set<Expr> derivatives(top.begin(), top.end());
@@ -216,7 +216,8 @@ static Expr distributed(Expr above, Expr below) {
   }
 }
 
-/// The right side with its quotients term by term, where then vectors have names: v′ = F/m - z p/m - g e₃.
+/// Splits the quotients of the right side into terms if that yields names of vectors: v′ = F/m - z p/m
+/// - g e₃.
 static Block by_terms(Block b) {
   if (b.lhs.size() == 1 || rows_per_line(b.lhs, b.rhs) > 1) return b;
   const VecX terms = b.rhs.unaryExpr([](Expr e) {
@@ -229,7 +230,7 @@ static Block by_terms(Block b) {
   return b;
 }
 
-/// x′ = f, 0 = g by rows, where every derivative has a row of its own and occurs in no other.
+/// x′ = f, 0 = g by rows, if every derivative has a row of its own and occurs in no other.
 static std::optional<std::vector<Block>> solved_form(const Model& m) {
   const FirstOrder fo = first_order(m);
   if (!fo.semi_explicit) return {};
@@ -253,7 +254,7 @@ static std::optional<std::vector<Block>> solved_form(const Model& m) {
   return blocks;
 }
 
-/// Blocks all of whose rows are solved for a derivative, and what these derivatives are.
+/// Blocks in which all rows are solved for a derivative, with these solutions.
 struct SolvedBlocks {
   std::vector<char> whole;
   Substitution derivative;
@@ -270,7 +271,7 @@ static SolvedBlocks solved_blocks(const Model& m) {
   return result;
 }
 
-/// Whether every row reads x′ = f or 0 = g already.
+/// Is every row already x′ = f or 0 = g?
 static bool reads_semi_explicit(const Model& m) {
   const auto top = m.top_derivatives();
   const std::unordered_set<Expr> derivatives(top.begin(), top.end());
@@ -283,15 +284,15 @@ static bool reads_semi_explicit(const Model& m) {
   return true;
 }
 
-/// x′ = M⁻¹ r written out, where the rows with derivatives are few, and linear in them with a matrix M(x, t)
-/// that is regular: the rows, with what M is.
+/// x′ = M⁻¹ r written out. The rows with derivatives must be few and linear in them with a regular matrix
+/// M(x, t). Holds the rows and the matrix.
 struct SolvedForDerivatives {
   std::vector<Block> blocks;
   MatX M;
 };
 
 static std::optional<SolvedForDerivatives> solved_for_derivatives(const Model& m) {
-  constexpr Index largest = 4;  // of a system whose solution is still a formula to be read
+  constexpr Index largest = 4;  // size up to which a solution is a readable formula
   const auto top = m.top_derivatives();
   const std::unordered_set<Expr> derivatives(top.begin(), top.end());
   const auto has_derivative = [&](Expr e) {
@@ -353,7 +354,7 @@ ModelPtr to_semi_explicit(const ModelPtr& given) {
     }
   std::vector<Block> blocks;
   const SolvedBlocks solved = solved_blocks(*model);
-  Substitution known = solved.derivative;  // in the other rows: x′ -> f where it is solved for, else x′ -> δ
+  Substitution known = solved.derivative;  // for the other rows: x′ -> f where it is solved for, else x′ -> δ
   auto used = used_names(*model);
   for (const Group& g : groups(*model)) {
     if (g.order == 0 || known.count(derivative_leaf(g.leaves[0]))) continue;

@@ -22,7 +22,7 @@ int nesting(const std::string& s, std::size_t i) {
 
 constexpr int beside_fraction = 10;  ///< characters for the left side and the number of an equation
 
-/// A term whose fractions have their numerators in several lines where one would be too wide.
+/// A term whose fractions have their numerators broken into lines if they are too wide.
 std::string with_broken_numerators(const std::string& term, int widest) {
   std::string out;
   int depth = 0;

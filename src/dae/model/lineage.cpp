@@ -65,7 +65,8 @@ ModelOptions child_of(const ModelPtr& m) {
 
 void move_invariants(ModelOptions& options, const Substitution& s) {
   for (Constraint& c : options.invariants) c.residual = substitute(c.residual, s);
-  std::vector<Expr> meanings;  // at once: they share what they are made of, the solution of one linear system
+  // together, because they share subexpressions such as the solution of one linear system
+  std::vector<Expr> meanings;
   for (const auto& [leaf, meaning] : options.relations) meanings.push_back(meaning);
   meanings = substitute(meanings, s);
   for (SingularityCondition& n : options.singularity_conditions) n.factor = substitute(n.factor, s);
@@ -115,8 +116,8 @@ ModelPtr original(const ModelPtr& m) {
   return copy;
 }
 
-/// The derivative of an unknown that is eliminated, where only the unknown itself has a relation: w = phi′
-/// with phi = a - b means a′ - b′.
+/// Derivatives of eliminated unknowns for which only the unknown itself has a relation: w = phi′ with phi = a
+/// - b becomes a′ - b′.
 static Substitution derivatives_of_relations(const Model& model, Expr e) {
   Substitution result;
   for (Expr leaf : leaves({&e, 1})) {
@@ -134,16 +135,15 @@ static Substitution derivatives_of_relations(const Model& model, Expr e) {
 
 Expr resolve(const Model& model, Expr e) {
   if (model.relations.empty()) return e;
-  constexpr int most = 10;  // definitions of definitions
+  constexpr int most = 10;  // nested definitions
   for (int pass = 0; pass < most; ++pass) {
     e = substitute(e, model.relations);
     const Substitution more = derivatives_of_relations(model, e);
     if (more.empty()) break;
     e = substitute(e, more);
   }
-  // Symbols that a descendant introduced (v for q′) mean the older expression in an ancestor: the relations
-  // of the descendant, read backwards, are kept by the caller that knows both models
-  // (ConsistentState::value).
+  // Symbols introduced by a descendant (v for q′) stand for the older expression in an ancestor. That inverse
+  // relation is handled by the caller that knows both models (ConsistentState::value).
   return e;
 }
 

@@ -16,7 +16,7 @@ namespace {
 
 using Index = Eigen::Index;
 
-/// Component of a solution -> the eliminated unknown that it is.
+/// Component of a solution -> the eliminated unknown that it equals.
 Substitution names_of_components(const Model& m) {
   Substitution names;
   for (const auto& [leaf, meaning] : m.relations)
@@ -24,7 +24,8 @@ Substitution names_of_components(const Model& m) {
   return names;
 }
 
-/// One system with what its components are: eliminated unknowns, or derivatives on the left of an equation.
+/// A linear system with the names of its components: eliminated unknowns, or derivatives on the left
+/// of an equation.
 struct NamedSystem {
   Expr head;
   VecX unknowns;
@@ -69,7 +70,7 @@ bool fits(const std::string& line) {
   return true;
 }
 
-/// "so that x = …, y = …" where the formulas are short.
+/// "so that x = …, y = …" if the formulas are short.
 std::string solution_line(const VecX& unknowns, const LinearSystem& s) {
   constexpr int largest = 3, widest = 100;
   constexpr double short_entry = 30;
@@ -92,7 +93,7 @@ std::vector<Block> blocks_with_names(const Model& m) {
   std::vector<Block> blocks = m.blocks;
   const Substitution names = names_of_components(m);
   if (names.empty()) return blocks;
-  std::vector<Expr*> places;  // all at once: the rows of a chain share one system
+  std::vector<Expr*> places;  // together, since the rows of a chain share one system
   for (Block& b : blocks)
     for (Expr& e : b.rhs)
       if (e.op() != Op::solve) places.push_back(&e);

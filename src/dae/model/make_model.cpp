@@ -32,7 +32,8 @@ void flatten(Model& m) {
       const Expr r = m.residuals.back();
       if (!r.is_constant()) continue;
       const bool one = m.blocks[b].lhs.size() == 1;
-      if (r.is_zero() && !one) continue;  // of a column: E and A may have zero rows; structure() names them
+      // of a column: E and A may have zero rows, which structure() reports
+      if (r.is_zero() && !one) continue;
       throw Error(text("equation ", b + 1, one ? "" : text(", row ", row + 1),
                        " contains no symbol: it reads 0 = ", to_text(r),
                        r.is_zero() ? "" : ", which never holds"));
@@ -40,7 +41,7 @@ void flatten(Model& m) {
   }
 }
 
-/// Two symbols of one name make a model unreadable, and tables keyed by names ambiguous.
+/// Rejects two symbols of one name: the model would be unreadable, and tables keyed by names ambiguous.
 void check_names(std::span<const Expr> all) {
   std::unordered_map<std::string, Expr> seen;
   for (Expr leaf : all) {
@@ -63,7 +64,8 @@ void collect_symbols(Model& m, const ModelOptions& options) {
   };
   std::unordered_set<Expr> inputs;
   std::vector<Expr> parameters;
-  std::vector<Expr> everything = m.residuals;  // the length of the pendulum is a parameter of C = 0 only
+  // the length of a pendulum, for example, is a parameter of C = 0 only
+  std::vector<Expr> everything = m.residuals;
   for (const Constraint& c : m.invariants) everything.push_back(c.residual);
   const std::vector<Expr> all = leaves(everything);
   check_names(all);
@@ -88,7 +90,7 @@ void collect_symbols(Model& m, const ModelOptions& options) {
       throw Error(text("'", symbol_of(z).name,
                        "' was declared algebraic (z), but its derivative occurs; move it to x"));
   if (!declared) sort_by_latest_declaration(bases);
-  std::vector<Expr> meanings;  // a multiplier may be the only thing that depends on the mass
+  std::vector<Expr> meanings;  // a multiplier may be the only quantity that depends on the mass
   for (const auto& [leaf, meaning] : m.relations) meanings.push_back(meaning);
   for (const Transition& event : m.events) {
     meanings.push_back(event.when);
@@ -99,7 +101,7 @@ void collect_symbols(Model& m, const ModelOptions& options) {
   for (Expr leaf : leaves(meanings)) {
     if (symbol_of(leaf).kind == Kind::parameter) parameters.push_back(leaf);
     if (symbol_of(leaf).kind == Kind::input && m.relations.count(leaf) == 0)
-      inputs.insert(symbol_of(leaf).base);  // what was eliminated still depends on it
+      inputs.insert(symbol_of(leaf).base);  // eliminated unknowns still depend on it
   }
   for (Expr base : bases) m.variables.push_back({base, order.at(base)});
   m.inputs.assign(inputs.begin(), inputs.end());
@@ -127,7 +129,8 @@ bool contains_any(Expr e, const std::unordered_set<Expr>& set) {
   return false;
 }
 
-/// Rows with derivatives, rows without; whether ∂(rows with)/∂x′ is generically nonsingular.
+/// Classifies by the rows with and without derivatives, and by whether ∂(rows with)/∂x′
+/// is generically nonsingular.
 ModelKind classify(const Model& m, bool& mass_matrix) {
   if (is_explicit_ode(m)) return ModelKind::ode;
   const std::vector<Expr> top = m.top_derivatives();

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t most_choices = 3;
 
-/// A choice that the equations contain: what it becomes and where.
+/// A choice in the equations: the two expressions it can become, and the border.
 struct Found {
   Expr node, first, second;
   std::string where_first, where_second;
@@ -54,7 +54,7 @@ std::optional<Found> piece_of(Expr node) {
   }
 }
 
-/// w where √e = |w|: e = v², v⁶, c v². A constant where there is none.
+/// The w for which √e = |w|: e = v², v⁶, c v². A constant if there is none.
 Expr root_of_square(Expr e) {
   check_stack();
   if (e.is_constant() || e.is_symbol()) return {};
@@ -70,7 +70,7 @@ Expr root_of_square(Expr e) {
   return pow(e.operand(0), Expr(half));
 }
 
-/// The same where a model has other pieces: √(v²) is |v|.
+/// As piece_of(), for models with other pieces: √(v²) is |v| there.
 std::optional<Found> piece_or_root_of(Expr node) {
   if (auto found = piece_of(node)) return found;
   if (node.is_constant() || node.is_symbol() || node.op() != Op::sqrt) return {};
@@ -79,8 +79,8 @@ std::optional<Found> piece_or_root_of(Expr node) {
   return Found{node, v, -v, to_text(v) + " > 0", to_text(v) + " < 0", v};
 }
 
-/// Does the argument of a root have borders that no equation depends on otherwise: |…|, which has the same
-/// slopes on both sides, or max(x, 0) and the like in t, parameters and states?
+/// Has the argument of a root borders that no other equation depends on: |…| with equal slopes on both sides,
+/// or max(x, 0) and similar in t, parameters and states?
 bool hides_borders(Expr root, const Model& model) {
   bool pieces = false, only_abs = true;
   for (Expr node : topological({&root, 1})) {
@@ -164,11 +164,10 @@ std::vector<Expr> Choices::with(std::vector<Expr> e, std::uint64_t choice) const
     const bool second = (choice >> piece.choice & 1) != 0;
     return second != piece.reversed ? piece.second : piece.first;
   };
-  for (std::size_t k = pieces_.size();
-       k-- > 0;)  // the outermost first: what it leaves out need not be chosen
+  for (std::size_t k = pieces_.size(); k-- > 0;)  // outermost first: choices that it removes need not be made
     e = substitute(e, {{pieces_[k].node, chosen(pieces_[k])}});
   for (const Piece& piece : pieces_)
-    e = substitute(e, {{piece.node, chosen(piece)}});  // inside what was put in
+    e = substitute(e, {{piece.node, chosen(piece)}});  // within the substituted expressions
   return roots_.empty() ? e : substitute(e, roots_);
 }
 
@@ -206,7 +205,7 @@ std::uint64_t Choices::active(const std::unordered_map<Expr, double>& values) co
 }
 
 Choices::Decided Choices::decided(const std::unordered_map<Expr, double>& values) const {
-  constexpr double rounding = 1e-9;  // of the terms
+  constexpr double rounding = 1e-9;  // relative to the terms
   Decided known;
   for (std::size_t k = 0; k < margins_.size(); ++k) {
     const std::vector<Expr> inside = leaves({&margins_[k], 1});

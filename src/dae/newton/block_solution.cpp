@@ -8,8 +8,8 @@ namespace {
 
 using Index = Eigen::Index;
 
-/// Rows of A, and of b with them, and columns of A are divided by their largest entries, in turn; what each
-/// column has been divided by, inverse.
+/// Divides rows of A and b, and columns of A, in turn by their largest entries. Returns the
+/// reciprocal column divisors.
 Vec divide_by_largest(Mat& A, Vec& b) {
   constexpr int sweeps = 3;
   Vec column = Vec::Ones(A.cols());
@@ -28,7 +28,7 @@ Vec divide_by_largest(Mat& A, Vec& b) {
   return column;
 }
 
-/// Of a block.
+/// Solves one block; empty if it is not clearly regular.
 std::optional<Vec> solve_plainly(Mat A, Vec b) {
   constexpr double regular = 1e-6;
   const Vec column = divide_by_largest(A, b);
@@ -65,7 +65,7 @@ Vec balanced_solution(Mat A, Vec b) {
   if (const auto x = solve_by_blocks(A, b)) return *x;
   const Vec column = divide_by_largest(A, b);
   Eigen::CompleteOrthogonalDecomposition<Mat> qr;
-  qr.setThreshold(1e-13);  // what is less in balanced units is rounding
+  qr.setThreshold(1e-13);  // smaller pivots of the balanced matrix are rounding
   qr.compute(A);
   return column.cwiseProduct(Vec(qr.solve(b)));
 }

@@ -28,12 +28,13 @@ Vec row_weights(const Sparse& J) {
 Vec least_step(const Sparse& J, const Vec& r) {
   if (J.cols() <= dense_up_to) {
     Eigen::CompleteOrthogonalDecomposition<Mat> qr;
-    qr.setThreshold(1e-11);  // relative pivot below which a direction counts as undetermined
+    qr.setThreshold(1e-11);  // relative pivot below which a direction is undetermined
     const Mat A(J);
     qr.compute(A);
     if (qr.rank() < A.cols() && A.rows() >= A.cols()) {
-      // Units may be wrong by many orders (currents beside Is = 10⁻¹⁶ A). Where columns of equal length are
-      // independent the step is unique, whatever the units; those of what is held are 0, and never are.
+      // Units may be wrong by many orders (currents next to Is = 10⁻¹⁶ A). If the columns scaled to
+      // equal length are independent, the step is unique whatever the units. Columns of held unknowns
+      // are 0 and never independent.
       const Vec length = A.colwise().norm();
       if (!(length.minCoeff() > 0)) return qr.solve(Vec(-r));
       Eigen::CompleteOrthogonalDecomposition<Mat> scaled;

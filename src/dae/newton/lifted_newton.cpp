@@ -28,7 +28,7 @@ std::vector<Expr> exponentials(std::span<const Expr> equations, std::span<const 
   return result;
 }
 
-/// An exponent after a step. exp(s) is the tangent's where it grows beyond 1.
+/// Updates an exponent s. Where s grows beyond 0, the new exp(s) is the value of the tangent.
 double moved(double s, double step, bool both_ways) {
   if (both_ways && s + step < 0) return -moved(-s, -step, false);
   const double to = s + step, from = std::max(s, 0.0);
@@ -68,8 +68,7 @@ void LiftedNewton::compile(std::vector<Expr> rows, std::vector<Expr> leaves, std
   slopes_.emplace(slopes, leaves);
 }
 
-/// Their values at w, but none at which a function is above 1 yet: Newton's
-/// iteration is slow from above only.
+/// Exponents at w, but at most 0: where an exponential starts above 1, Newton's iteration is slow.
 Vec LiftedNewton::first_exponents(const Vec& w, std::span<const double> given) const {
   std::vector<double> at(w.begin(), w.end());
   at.insert(at.end(), given.begin(), given.end());

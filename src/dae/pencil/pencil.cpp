@@ -14,7 +14,7 @@ namespace {
 
 RationalMatrix at(const LinearForm& f, long s) { return mpq_class(s) * f.E - f.A; }
 
-/// An s with det(sE - A) ≠ 0, or nothing: a polynomial of degree ≤ n that vanishes at n + 1 points is zero.
+/// An s with det(sE - A) ≠ 0, or nothing: a polynomial of degree ≤ n with n + 1 zeros is zero.
 std::optional<long> regular_point(const LinearForm& f) {
   if (f.rows() != f.size()) return {};
   for (long s = 0; s <= f.size(); ++s)
@@ -22,7 +22,7 @@ std::optional<long> regular_point(const LinearForm& f) {
   return {};
 }
 
-/// The rank of sE - A at almost every s: at most min(rows, columns) values of s have a smaller one.
+/// The generic rank of sE - A: at most min(rows, columns) values of s have a smaller one.
 int generic_rank_of(const LinearForm& f) {
   int best = 0;
   const int limit = std::min(f.rows(), f.size());
@@ -30,7 +30,7 @@ int generic_rank_of(const LinearForm& f) {
   return best;
 }
 
-/// A minimal basis of {x(s) : (sE - A) x(s) = 0}: vectors of degree 0, 1, … that are no combinations of
+/// A minimal basis of {x(s) : (sE - A) x(s) = 0}: vectors of degree 0, 1, … that are not combinations of
 /// shifted earlier ones. With x = Σ xₖ sᵏ the equations are E xₖ₋₁ = A xₖ, k = 0 … d+1.
 std::vector<PolynomialVector> minimal_basis(const RationalMatrix& E, const RationalMatrix& A, int count) {
   const int m = E.rows(), n = E.cols();
@@ -62,7 +62,7 @@ std::vector<PolynomialVector> minimal_basis(const RationalMatrix& E, const Ratio
 
 struct WongSpaces {
   RationalMatrix V, W;
-  int index = 0;  ///< the number of steps until W stands still
+  int index = 0;  ///< the number of steps until W is stationary
 };
 
 WongSpaces wong_spaces(const RationalMatrix& E, const RationalMatrix& A) {
@@ -82,8 +82,8 @@ WongSpaces wong_spaces(const RationalMatrix& E, const RationalMatrix& A) {
   return s;
 }
 
-/// Every set of columns that the block-diagonal matrix m couples is scaled to
-/// coprime integers as a whole: m stays.
+/// Scales every set of columns that the block-diagonal matrix m couples to coprime integers as a whole, which
+/// leaves m unchanged.
 RationalMatrix scaled_chains(RationalMatrix basis, const RationalMatrix& m) {
   for (int first = 0, last; first < m.rows(); first = last + 1) {
     last = first;
@@ -147,14 +147,15 @@ RationalMatrix row_of(Expr residual, const LinearForm& f) {
   return row;
 }
 
-/// "(1c) - (1a) - (1b)": of which equations a constraint is a combination, the most differentiated first.
+/// "(1c) - (1a) - (1b)": the combination of equations that yields a constraint, the
+/// most differentiated first.
 std::string combined_label(const LinearForm& f, const Combination& of) {
   constexpr int widest = 48;
   const auto name = [&](const std::pair<int, int>& equation) {
     return f.label[equation.second] + primes(equation.first);
   };
   std::vector<std::pair<std::pair<int, int>, mpq_class>> terms(of.begin(), of.end());
-  std::stable_sort(terms.begin(), terms.end() - 1,  // after the last of all: most differentiated first
+  std::stable_sort(terms.begin(), terms.end() - 1,  // the last one stays last, the others are sorted
                    [](const auto& a, const auto& b) { return a.first.first > b.first.first; });
   std::rotate(terms.begin(), terms.end() - 1, terms.end());
   RationalMatrix values(1, static_cast<int>(of.size()));
@@ -195,8 +196,8 @@ LinearIndex linear_index(const LinearForm& f) {
   std::vector<int> algebraic;
   for (int j = 0; j < f.size(); ++j)
     if (f.E.columns(j, 1).is_zero()) algebraic.push_back(j);
-  // Conditions that contain algebraic variables are solved for one each; what is left
-  // of the others is in the states.
+  // Conditions that contain algebraic variables are solved for one each; the remaining ones
+  // contain states only.
   std::vector<std::pair<int, ShuffleConstraint>> pivots;
   for (ShuffleConstraint c : s.constraints) {
     for (const auto& [j, row] : pivots) {

@@ -18,8 +18,8 @@ VecX scaled(Expr factor, VecX v) {
   return v;
 }
 
-/// The part D of m = D + N with p(D) = 0, N nilpotent, DN = ND: Newton's iteration D ← D - p(D) p′(D)⁻¹,
-/// which doubles the power of N that is correct (Chevalley; Couty, Esterle & Zarouf, Quadrature 82, 2011).
+/// The part D of m = D + N with p(D) = 0, N nilpotent, DN = ND, by Newton's iteration D ← D - p(D) p′(D)⁻¹,
+/// which doubles the correct power of N (Chevalley; Couty, Esterle & Zarouf, Quadrature 82, 2011).
 RationalMatrix semisimple_part(const RationalMatrix& m, const Polynomial& p) {
   RationalMatrix D = m;
   const Polynomial slope = derivative(p);
@@ -53,7 +53,7 @@ VecX quadratic(const RationalMatrix& D, const Factor& f, Expr t, const VecX& v) 
   return scaled(half * (up + down), v) + scaled(half * (up - down) / b, w);
 }
 
-/// Σ over the zeros r of e^{rt} Π (D - q)/(r - q), in decimals; conjugate zeros together.
+/// Σ over the zeros r of e^{rt} Π (D - q)/(r - q), in decimals; conjugate zeros are combined.
 VecX numerical(const RationalMatrix& D, const Factor& f, Expr t, const VecX& v) {
   const Index n = D.rows();
   ComplexMat d(n, n);

@@ -20,7 +20,7 @@ void add(Forcing& sum, const Forcing& terms, Expr factor) {
   }
 }
 
-/// cos x cos y = (cos(x-y) + cos(x+y))/2 and so on.
+/// Products of sines and cosines as sums: cos x cos y = (cos(x-y) + cos(x+y))/2 and so on.
 Forcing product(const Forcing& left, const Forcing& right) {
   Forcing out;
   for (const ForcingTerm& l : left)

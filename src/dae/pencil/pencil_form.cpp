@@ -1,4 +1,4 @@
-// E, A, B and f of a model, and why a model has none.
+// E, A, B and f of a model, and the reason why a model has none.
 #include <algorithm>
 #include <unordered_set>
 
@@ -20,10 +20,10 @@ using Index = Eigen::Index;
 std::optional<mpq_class> rational(Expr e) {
   if (!e.is_constant()) return {};
   if (const mpq_class* q = exact_value(e)) return *q;
-  return mpq_class(constant_value(e));  // a double is a rational, too
+  return mpq_class(constant_value(e));  // a double is a rational as well
 }
 
-/// Terms of a sum as it was written.
+/// The terms of a sum in its original order.
 void terms_of(Expr e, std::vector<Expr>& terms) {
   check_stack();
   if (e.op() == Op::add || e.op() == Op::sub) {
@@ -38,7 +38,7 @@ void terms_of(Expr e, std::vector<Expr>& terms) {
 
 class Extraction {
  public:
-  /// explained: with the reason in words where there is no linear form.
+  /// explained: if there is no linear form, report the reason in words.
   Extraction(const Model& model, const ParameterValues& values, bool explained)
       : m_(model), explained_(explained) {
     form_.values = model.values;
@@ -56,7 +56,7 @@ class Extraction {
     for (std::size_t j = 0; j < form_.x.size(); ++j) column_[form_.x[j]] = static_cast<int>(j);
   }
 
-  /// Why there is no linear form, or "".
+  /// Returns why there is no linear form, or "".
   std::string run() {
     const int n = static_cast<int>(form_.x.size());
     std::vector<std::pair<int, int>> ties;
@@ -113,7 +113,7 @@ class Extraction {
     }
     try {
       form_.f[i] = simplify(-substitute(r, zero));
-    } catch (const Error&) {  // 0/0 in x²/x, which is linear
+    } catch (const Error&) {  // 0/0 in x²/x, although it is linear
       form_.f[i] = simplify(-substitute(simplify(r), zero));
     }
     return "";
@@ -130,7 +130,8 @@ class Extraction {
     return c.is_constant() || (!explained_ && differs_between_points(c)) ? c : simplify(c);
   }
 
-  /// Proved at two points: simplify() of the derivative of deeply nested functions takes their depth squared.
+  /// Does c differ between two points? Simplifying the derivative of deeply nested functions would cost
+  /// their depth squared.
   static bool differs_between_points(Expr c) {
     if (!generic::decided_by_residues({&c, 1})) return false;
     const auto at = [&](std::uint64_t seed) {
@@ -187,7 +188,7 @@ class Extraction {
   };
   const Model& m_;
   bool explained_;
-  bool rounded_ = false;  ///< some value is no rational as typed: a² - 2 for a = √2 counts as 0
+  bool rounded_ = false;  ///< some value is not an exact rational: a² - 2 for a = √2 counts as 0
   LinearForm form_;
   Substitution put_in_;
   std::unordered_map<Expr, int> column_;
@@ -214,7 +215,7 @@ std::optional<LinearForm> linear_form(const Model& model, std::string* reason, c
     Extraction extraction(model, values, reason != nullptr);
     try {
       why = extraction.run();
-    } catch (const Error& e) {  // 1/0 after the values of parameters were put in
+    } catch (const Error& e) {  // 1/0 after substitution of parameter values
       why = e.what();
     }
     if (why.empty()) return extraction.take();

@@ -36,7 +36,7 @@ std::vector<long double> in_doubles(const Polynomial& p) {
   return d;
 }
 
-/// k with 2^k near the geometric mean of the moduli of the zeros that are not 0.
+/// k such that 2^k is close to the geometric mean of the moduli of the nonzero zeros.
 long binary_size(const Polynomial& p) {
   std::size_t low = 0;
   while (low + 1 < p.size() && p[low] == 0) ++low;
@@ -59,8 +59,8 @@ Polynomial in_units(Polynomial p, long k) {
   return p;
 }
 
-/// Zeros of a monic polynomial without multiple zeros: eigenvalues of its companion matrix in units of
-/// their size, sharpened by Newton.
+/// The simple zeros of a monic polynomial: eigenvalues of its companion matrix, scaled to their size, refined
+/// by Newton's method.
 std::vector<std::complex<double>> zeros(const Polynomial& given) {
   const long unit = binary_size(given);
   const Polynomial p = in_units(given, unit);
@@ -75,8 +75,8 @@ std::vector<std::complex<double>> zeros(const Polynomial& given) {
   std::vector<std::complex<double>> list;
   for (Eigen::Index i = 0; i < n; ++i) {
     const Complex start(eigen.re[i], eigen.im[i]);
-    // Beside much larger ones an eigenvalue may have lost all its digits (s² - 10⁸ s + 1: 7.5e-9 in place of
-    // 1e-8), so that Newton may go a third of the way to the next one.
+    // Next to much larger ones an eigenvalue may have lost all its digits (s² - 10⁸ s + 1: 7.5e-9 instead of
+    // 1e-8). Newton's method may therefore move it by a third of the distance to the next one.
     long double isolated = INFINITY;
     for (Eigen::Index j = 0; j < n; ++j)
       if (j != i) isolated = std::min(isolated, std::abs(Complex(eigen.re[j], eigen.im[j]) - start) / 3);
@@ -86,7 +86,8 @@ std::vector<std::complex<double>> zeros(const Polynomial& given) {
       if (std::abs(d) == 0) break;
       const Complex change = horner(exact, s) / d;
       const bool near = std::abs(change) < 0.1L * (std::abs(s) + 1e-3L);
-      if (!near && !(std::abs(s - change - start) < isolated)) break;  // never leave the zero that was found
+      // do not leave the neighbourhood of the zero
+      if (!near && !(std::abs(s - change - start) < isolated)) break;
       s -= change;
       if (std::abs(change) < 1e-18L * std::abs(s)) break;
     }
@@ -121,7 +122,7 @@ bool take(Polynomial& p, const Polynomial& factor) {
   return true;
 }
 
-/// Linear and quadratic factors of a squarefree monic polynomial, and what is left.
+/// The linear and quadratic factors of a squarefree monic polynomial, and the rest.
 void split(Polynomial p, int multiplicity, std::vector<Factor>& list) {
   const mpz_class lead = integer_lead(p);
   std::vector<std::complex<double>> rest;
@@ -252,11 +253,11 @@ std::vector<Mode> modes(const std::vector<Factor>& factors) {
       PENDULA_ASSERT(exact && exact->size() == 2, "a quadratic factor has no exact zeros");
       auto z = f.zeros;
       const auto key = [](const std::complex<double>& s) { return std::pair(s.real(), s.imag()); };
-      if (z[0].imag() != 0)  // one real part, whatever rounding says: that of the factor
+      if (z[0].imag() != 0)  // both zeros share the real part of the factor, exactly
         for (auto& each : z) each.real(-f.p[1].get_d() / 2);
       std::sort(z.begin(), z.end(), [&](auto& a, auto& b) { return key(a) < key(b); });
       std::array<Expr, 2> re{(*exact)[0].re, (*exact)[1].re};
-      // -p/2 ± √… of a small zero beside a large one cancels when it is evaluated; their product does not.
+      // -p/2 ± √… would cancel for a small zero next to a large one; the product of the zeros gives it
       constexpr double apart = 1e-4;
       const bool real = z[0].imag() == 0 && z[1].imag() == 0;
       const std::size_t small = std::abs(z[0]) < std::abs(z[1]) ? 0 : 1;
@@ -281,7 +282,8 @@ RationalMatrix nilpotent_chains(const RationalMatrix& m) {
     kernels.push_back(kernel(power));
     PENDULA_ASSERT(static_cast<int>(kernels.size()) <= n + 1, "chains of a matrix that is not nilpotent");
   }
-  // From the longest chains down: tops of length k complement ker mᵏ⁻¹ + m ker mᵏ⁺¹ in ker mᵏ.
+  // From the longest chains down: the first vectors of chains of length k complement ker mᵏ⁻¹ + m ker mᵏ⁺¹
+  // in ker mᵏ.
   RationalMatrix chains(n, 0);
   for (std::size_t k = kernels.size() - 1; k > 0; --k) {
     RationalMatrix known = kernels[k - 1];
@@ -299,14 +301,14 @@ RationalMatrix nilpotent_chains(const RationalMatrix& m) {
 RationalMatrix jordan_basis(const RationalMatrix& m, const std::vector<Factor>& factors) {
   const int n = m.rows();
   RationalMatrix basis(n, 0),
-      others = RationalMatrix::identity(n);  // others: Π (m - λI)ᵏ, its image is the rest
+      others = RationalMatrix::identity(n);  // others: Π (m - λI)ᵏ, whose image is the complement
   for (const Factor& f : factors) {
     if (f.degree() != 1) continue;
     const RationalMatrix shifted = value(f.p, m);
     RationalMatrix power = RationalMatrix::identity(n);
     for (int i = 0; i < f.multiplicity; ++i) power = power * shifted;
     others = others * power;
-    // m - λI maps its component to itself: in the coordinates of that a nilpotent matrix.
+    // m - λI maps its component to itself; in coordinates of the component it is a nilpotent matrix.
     const RationalMatrix component = kernel(power);
     const int size = component.cols();
     const Reduced r = reduced(beside(component, shifted * component), size);

@@ -13,9 +13,9 @@
 namespace pendula::dae {
 namespace {
 
-constexpr std::size_t most = 12;  // rows: a determinant in symbols
+constexpr std::size_t most = 12;  // rows; the determinant is symbolic
 
-/// Simplified. Long ones that vary are not: random numbers say so in linear time.
+/// A constant coefficient, simplified. Long slopes that vary are detected in linear time by random numbers.
 Expr constant_coefficient(const Model& m, std::size_t row, Expr leaf) {
   constexpr std::size_t long_slope = 200;  // nodes
   Expr slope = partial(m.residuals[row], leaf);

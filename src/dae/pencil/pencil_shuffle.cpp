@@ -67,7 +67,7 @@ class Shuffling {
   }
 
   Shuffle run() {
-    // A regular pencil ends after at most n rounds; a singular one shows a row 0 = g before.
+    // A regular pencil ends after at most n rounds; a singular one yields a row 0 = g earlier.
     result_.regular = form_.rows() == form_.size();
     while (result_.regular) {
       const int rank = eliminate();
@@ -86,7 +86,7 @@ class Shuffling {
                              simplify(combination(r.a, form_.x, 0) + r.g)});
   }
 
-  /// y = multipliers of the active rows; the newest first.
+  /// The multipliers y of the active rows, the newest row first.
   std::vector<Multiple> multiples(const std::vector<mpq_class>& y) const {
     std::vector<Multiple> list;
     int newest = -1;
@@ -111,12 +111,11 @@ class Shuffling {
     return sum;
   }
 
-  /// Marks every active row whose e depends on earlier ones and replaces it by the
-  /// constraint that is left of it.
+  /// Marks every active row whose e depends on earlier ones and replaces it by the remaining constraint.
   int eliminate() {
     const int n = form_.size();
     dependent_.clear();
-    // Independent rows so far, in echelon form, with the combination of active rows that gave them.
+    // Independent rows so far, in echelon form, each with the combination of active rows that yields it.
     std::vector<std::pair<RationalMatrix, std::vector<mpq_class>>> echelon;
     std::vector<std::vector<mpq_class>> combinations;
     for (std::size_t i = 0; i < active_.size(); ++i) {
@@ -169,7 +168,7 @@ class Shuffling {
     return y;
   }
 
-  /// The constraints 0 = a x + g become active as a x′ + g′ = 0, the newest equations of all.
+  /// Differentiates the constraints 0 = a x + g; they become the newest active rows a x′ + g′ = 0.
   void differentiate() {
     std::vector<Row> next;
     for (std::size_t i = 0; i < active_.size(); ++i)
@@ -183,8 +182,8 @@ class Shuffling {
             old.origin,
             old.derivative + 1,
             {}};
-      // As a residual e x′ - a x - g the constraint is -(a x + g), and its
-      // derivative as a row has the other sign.
+      // As a residual e x′ - a x - g the constraint is -(a x + g); its derivative as a row has
+      // the opposite sign.
       for (const auto& [equation, q] : old.of) r.of[{equation.first + 1, equation.second}] = -q;
       step(ShuffleStep::Kind::differentiation, {{1, old.name}}, r);
       next.push_back(std::move(r));

@@ -28,7 +28,7 @@ VecX at_time(VecX v, Expr time) {
   return v;
 }
 
-/// The forcing with the values of parameters and the given inputs put in.
+/// The forcing with parameter values and the given inputs substituted.
 VecX forcing(const Pencil& p, const SolutionRequest& request) {
   Substitution values, known;
   for (const auto& [parameter, v] : p.form.values) values[parameter] = v;
@@ -81,7 +81,7 @@ class Differential {
              " is not a polynomial, exponential, sine or cosine of t; use sys:integrate{ … } for it"));
   }
 
-  /// The group as y₀ of yⱼ′ = a yⱼ + zⱼ + yⱼ₊₁, zⱼ′ = a zⱼ - b² yⱼ + zⱼ₊₁, appended to M.
+  /// Appends the group to M as y₀ of yⱼ′ = a yⱼ + zⱼ + yⱼ₊₁, zⱼ′ = a zⱼ - b² yⱼ + zⱼ₊₁.
   void generate(const ForcingGroup& g, const mpq_class& a, const mpq_class& square, int row) {
     const int first = M_.rows(), size = static_cast<int>(g.p.size()), width = square == 0 ? 1 : 2;
     RationalMatrix grown(first + width * size, first + width * size);
@@ -164,7 +164,7 @@ std::string names(const std::vector<Expr>& list) {
                    " follows from the constraints; see p.constraints, or leave one of these values out"));
 }
 
-/// Is y · right 0 but for rounding errors of its terms? A start by init has them.
+/// Is y · right 0 up to the rounding errors of its terms, as at a start made by init?
 bool is_rounding(const RationalMatrix& y, const VecX& right) {
   constexpr double rounding = 1e-12;
   double sum = 0, size = 0;
@@ -181,7 +181,7 @@ bool is_rounding(const RationalMatrix& y, const VecX& right) {
 
 /// c with T₁ c + shift = x0 in the given components.
 VecX start(const Pencil& p, const SolutionRequest& request, const VecX& shift) {
-  if (request.general) {  // scalars: "c₁ cos(t) + …", and not multiples of a column c
+  if (request.general) {  // scalars give "c₁ cos(t) + …" instead of multiples of a column c
     if (p.dof == 1) return column(newly_declared({symbol(Kind::parameter, "c")}));
     VecX c(p.dof);
     for (int i = 0; i < p.dof; ++i) c[i] = newly_declared({symbol(Kind::parameter, text("c", i + 1))})[0];

@@ -52,12 +52,12 @@ std::vector<std::string> conditions(const std::vector<Constraint>& constraints) 
   return lines;
 }
 
-/// y(d/dt) applied to the equations: what is combined, and what it leaves of the forcing.
+/// y(d/dt) applied to the equations: the combination, and the remaining forcing.
 std::string row_text(const LinearForm& f, const PolynomialVector& y) {
   const VecX g = f.forcing();
   std::string combined;
   Expr rest = 0;
-  mpq_class sign = 0;  // the first term that is printed is positive
+  mpq_class sign = 0;  // makes the first printed term positive
   for (int k = y.coefficient.cols(); k-- > 0;)
     for (int i = f.rows(); i-- > 0;) {
       if (y.coefficient(i, k) == 0) continue;

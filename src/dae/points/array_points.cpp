@@ -17,7 +17,7 @@ namespace {
 using Index = Eigen::Index;
 
 constexpr double solved_below = 1e-11;  // scaled residual of a point
-constexpr int max_iterations = 120;     // exponentials come down by one per Newton step
+constexpr int max_iterations = 120;     // exponents decrease by one per Newton step
 constexpr double far_away = 1e10;       // times the largest starting value, or 1
 
 /// |r_i| relative to the size of its own terms.
@@ -30,8 +30,9 @@ Mat without_small(const Mat& J, double negligible) {
   return J.unaryExpr([&](double v) { return std::fabs(v) <= negligible ? 0.0 : v; });
 }
 
-/// Near a double root the last steps are rounding errors divided by its distance, 10⁻⁸, and may end by
-/// chance; there the Jacobian is as small. Rank that is lost altogether is another matter.
+/// Is the Jacobian nearly singular? Near a double root the last Newton steps are rounding errors divided
+/// by its distance, 10⁻⁸, and may end by chance; the Jacobian is as small there. A complete loss of rank
+/// does not count.
 bool is_nearly_singular(Mat J) {
   constexpr double near_double_root = 1e-7, rounding = 1e-13;
   for (Index i = 0; i < J.rows(); ++i)
@@ -40,15 +41,15 @@ bool is_nearly_singular(Mat J) {
   return (sizes.array() > rounding * sizes[0] && sizes.array() < near_double_root * sizes[0]).any();
 }
 
-/// Least-norm Newton steps with one Jacobian, in unknowns and equations scaled to unit size: neither units
-/// nor the growth of high derivatives matter.
+/// Least-norm Newton steps with one Jacobian. Scaling the unknowns and equations to unit size removes the
+/// effect of units and of the growth of high derivatives.
 class NewtonStep {
  public:
   NewtonStep(const Mat& J, Index held) : held_(held), columns_(J.cols()) {
     Mat m = J.rightCols(J.cols() - held);
     row_ = Vec::Ones(m.rows());
     column_ = Vec::Ones(m.cols());
-    if (m.size() == 0) return;  // everything is held: there is no step
+    if (m.size() == 0) return;  // everything is held: no step
     for (int sweep = 0; sweep < 3; ++sweep) {
       for (Index i = 0; i < m.rows(); ++i)
         if (const double s = m.row(i).cwiseAbs().maxCoeff(); s > 0) {
@@ -61,11 +62,11 @@ class NewtonStep {
           column_[j] *= s;
         }
     }
-    qr_.setThreshold(1e-12);  // below it a direction counts as undetermined; rounding is 1e-15
+    qr_.setThreshold(1e-12);  // pivots below count as undetermined; rounding is 1e-15
     qr_.compute(m);
   }
 
-  /// -J⁺ r in scaled unknowns: what the size of a step is measured in.
+  /// -J⁺ r in scaled unknowns, in which step sizes are measured.
   Vec scaled(const Vec& r) const {
     return row_.size() == 0 || column_.size() == 0 ? Vec(Vec::Zero(column_.size()))
                                                    : Vec(qr_.solve(Vec(-r.cwiseQuotient(row_))));
@@ -132,12 +133,12 @@ void NumericArray::prepare() {
   row_unit_ = Vec::Ones(static_cast<Index>(rows_));
 }
 
-/// Units only where the model has sizes far from 1: nanometres, pascals. Long rows, derivatives
-/// of high order, say nothing that the equations they come from do not say; what these do not
-/// contain has the unit of its integral.
+/// Determines units, but only if the model has sizes far from 1, like nanometres or pascals. Long rows, such
+/// as derivatives of high order, are left out: they contain no other information than their equations.
+/// Unknowns that occur in them alone get the unit of their integral.
 void NumericArray::measure(Units units, const std::unordered_map<Expr, double>& others) {
   constexpr double usual = 300;
-  constexpr std::size_t many = 3000, short_row = 100;  // nodes: of all rows; of one, where they are many
+  constexpr std::size_t many = 3000, short_row = 100;  // nodes: of all rows; of one row, if there are more
   if (rows_ == 0 || columns_.empty() || rows_ > most_measured) return;
   const bool all = topological(std::span(outputs_).first(rows_)).size() <= many;
   std::vector<Expr> rows;
@@ -168,12 +169,12 @@ void NumericArray::measure(Units units, const std::unordered_map<Expr, double>& 
 Vec NumericArray::start(int seed, const std::unordered_map<Expr, double>& continued) const {
   constexpr double golden = 0.6180339887498949;
   constexpr double spread[] = {1, 2,   0.3, 5,
-                               1, 0.1, 3,   0.01};  // small ones late: there everything is nearly linear
+                               1, 0.1, 3,   0.01};  // small ones last: near 0 all equations are nearly linear
   const double size = spread[seed / 3 % 8];
   Vec w(static_cast<Index>(columns_.size()));
   for (std::size_t j = 0; j < columns_.size(); ++j) {
     const auto who =
-        static_cast<double>(name_hash(columns_[j]) % 10007);  // the same in any order of unknowns
+        static_cast<double>(name_hash(columns_[j]) % 10007);  // independent of the order of unknowns
     const double fraction = std::fmod((who + 1) * golden * (seed + 1), 1.0);
     const auto it = continued.find(columns_[j]);
     const double fresh = seed % 3 == 0 ? std::min(0.3, size) + size * fraction : size * (2 * fraction - 1);
@@ -221,11 +222,11 @@ std::optional<NumericArray::Solution> NumericArray::project(Vec w,
   Vec r, next_r;
   Mat J, next_J;
   evaluate_at(w, known, r, J);
-  const double farthest =  // derivatives of order 20 are 20! times the size of x
+  const double farthest =  // derivatives of order 20 are 20! times as large as x
       linear_ ? INFINITY
               : far_away * (w.size() ? std::max(1.0, w.cwiseQuotient(unit_).cwiseAbs().maxCoeff()) : 1);
   double last_step = INFINITY;
-  int linear = 0, longest = 0;  // steps in a row that shrank only by a constant factor
+  int linear = 0, longest = 0;  // consecutive steps that shrank by a constant factor only
   const auto is_slow = [&] { return linear >= 5 || (longest >= 12 && is_nearly_singular(J)); };
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     poll_interrupt();
@@ -235,16 +236,16 @@ std::optional<NumericArray::Solution> NumericArray::project(Vec w,
     if (!step.allFinite()) return {};
     const bool solved = scaled_size(r, J, omega) < solved_below;
     const double size = step.norm() / (1 + omega.norm());
-    if (w.size() && omega.cwiseAbs().maxCoeff() > farthest)
-      return {};  // no solution: it runs off to infinity
+    if (w.size() && omega.cwiseAbs().maxCoeff() > farthest) return {};  // no solution: the iteration diverges
     if (solved && size < 1e-13) return Solution{w, is_slow()};
     linear = size > 0.1 * last_step && size < 0.95 * last_step ? linear + 1 : 0;
     longest = std::max(longest, linear);
     last_step = size;
-    constexpr int hopeless = 36;  // halvings: a circle of radius 10⁻⁶ is a point until 20 steps from 1
+    // halvings: a circle of radius 10⁻⁶ looks like a point until 20 steps from 1
+    constexpr int hopeless = 36;
     if (solved && linear >= hopeless) return Solution{w, true};
-    double alpha =
-        1;  // natural monotonicity: the next step, with this Jacobian, is shorter (Deuflhard 2004, §2)
+    // natural monotonicity: the next step with this Jacobian must be shorter (Deuflhard 2004, §2)
+    double alpha = 1;
     for (; alpha > 1e-5; alpha /= 2) {
       evaluate_at(w + alpha * unit_.cwiseProduct(step), known, next_r, next_J);
       if (next_r.allFinite() && next_J.allFinite() &&

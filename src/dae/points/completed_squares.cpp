@@ -8,7 +8,7 @@
 
 namespace pendula::dae {
 
-/// Asked before an expression is simplified, which may take a second.
+/// A quick test before an expression is simplified, which may take a second.
 static bool is_constant_in_general(Expr e) {
   const auto inside = leaves({&e, 1});
   return std::all_of(inside.begin(), inside.end(),

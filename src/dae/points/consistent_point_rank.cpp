@@ -19,8 +19,10 @@ namespace {
 
 using Index = Eigen::Index;
 
-constexpr double off_domain = 1e-6;  // what must not vanish is larger; starting values are near 1
-constexpr double near_enough = 1e3;  // of a point where something vanishes: not a limit at infinity
+// expressions that must not vanish are larger; starting values are near 1
+constexpr double off_domain = 1e-6;
+// bound on a point where an expression vanishes, to exclude limits at infinity
+constexpr double near_enough = 1e3;
 constexpr std::size_t longest_differentiated = 20000;  // operations of the differentiated equations
 
 }  // namespace
@@ -58,14 +60,15 @@ ConsistentPointRank::ConsistentPointRank(const std::vector<Expr>& residuals, std
   const auto equations = static_cast<std::ptrdiff_t>(rows_.size());
   slopes_.insert(slopes_.end(), nonzero.begin(), nonzero.end());
   rows_.insert(rows_.end(), slopes_.begin(), slopes_.end());
-  rows_ = without_calls(rows_);  // together: the same function in equations and entries
+  rows_ = without_calls(rows_);  // together, so that a function is the same in equations and entries
   slopes_.assign(rows_.begin() + equations, rows_.end());
   rows_.resize(static_cast<std::size_t>(equations));
 }
 
 namespace {
 
-/// Every other start has unknowns of very different size: where branches meet, each attracts some of them.
+/// A starting point. Odd seeds give the unknowns very different sizes: where branches meet, each attracts
+/// some of them.
 Vec starting_point(const NumericArray& numeric, int seed) {
   Vec w = numeric.start(seed);
   if (seed % 2 == 0) return w;
@@ -94,8 +97,8 @@ std::vector<Expr> unknowns_in(std::vector<Expr> rows, const std::vector<Expr>& m
 
 }  // namespace
 
-/// As many unknowns as have free initial values come first, others for every seed: held where they start,
-/// they lead to branches on which they are free.
+/// Puts as many unknowns first as there are free initial values, different ones for every seed. Held at their
+/// starting values, they lead to branches on which they are free.
 std::vector<Expr> ConsistentPointRank::with_held_first(std::vector<Expr> columns, int seed) const {
   std::unordered_map<Expr, int> leading;
   for (std::size_t j = 0; j < variables_.size(); ++j) leading[variables_[j]] = offsets_.d[j];
@@ -108,7 +111,7 @@ std::vector<Expr> ConsistentPointRank::with_held_first(std::vector<Expr> columns
   return columns;
 }
 
-/// Rows that take part in a left null vector.
+/// The rows with a component in a left null vector.
 static std::vector<int> dependent_rows(Mat J, int rank) {
   for (Index i = 0; i < J.rows(); ++i)
     if (const double size = J.row(i).norm(); size > 0) J.row(i) /= size;
@@ -137,7 +140,7 @@ std::optional<ConsistentPointRank::Point> ConsistentPointRank::point(int seed, c
   return Point{std::move(value), std::move(noise), leading_units(columns, numeric.unit()), at->slow};
 }
 
-/// The size of x_j^(d_j) for every column of the Jacobian.
+/// The units of x_j^(d_j) for every column of the Jacobian.
 Vec ConsistentPointRank::leading_units(const std::vector<Expr>& columns, const Vec& unit) const {
   Vec result = Vec::Ones(size_);
   for (std::size_t j = 0; j < variables_.size(); ++j) {
@@ -148,11 +151,11 @@ Vec ConsistentPointRank::leading_units(const std::vector<Expr>& columns, const V
   return result;
 }
 
-/// Stage by stage, as Pryce (BIT 41(2), 2001, §3) solves for the Taylor coefficients: F_i^(c_i + s) = 0 for
-/// the x_j^(d_j + s), s = -max d … 0, each with what came before held. All at once, Gauss–Newton is drawn to
-/// points of low rank, where velocities are easier to satisfy: a parallelogram goes flat. Where
-/// a stage has no solution near 1, it has units of its own: derivatives of order 20 are as large
-/// as what came before makes them.
+/// Solves stage by stage, like Pryce (BIT 41(2), 2001, §3) for Taylor coefficients: F_i^(c_i + s) = 0 for the
+/// x_j^(d_j + s), s = -max d … 0, with the results of earlier stages held. On all equations together
+/// Gauss–Newton tends to points of low rank, where velocities are easier to satisfy: a parallelogram
+/// collapses. A stage without a solution near 1 gets units of its own, since derivatives of order 20 are as
+/// large as the lower ones make them.
 std::optional<ConsistentPointRank::StagedValues> ConsistentPointRank::staged_values(
     int seed, const NumericArray& all) const {
   std::unordered_map<Expr, int> leading;
@@ -222,9 +225,9 @@ ConsistentPointRanks ConsistentPointRank::ranks(int wanted, int seeds) const {
   ConsistentPointRanks result;
   const std::vector<Expr> columns = unknowns_in(rows_, slopes_, variables_);
   const NumericArray numeric(rows_, columns);
-  // integrals of nothing else are free, too, but no unknowns here: W′ = …, without W
+  // integrals that nothing else contains are free as well, but no unknowns here: W′ = …, without W
   const int held = std::min(offsets_.value, static_cast<int>(columns.size()));
-  const int enough = std::max(wanted, size_ <= 12 ? 16 : 3);  // before the rank is called deficient
+  const int enough = std::max(wanted, size_ <= 12 ? 16 : 3);  // points before the rank is called deficient
   const auto take = [&](const Point& at) {
     Mat J = Mat::Zero(size_, size_);
     for (std::size_t k = 0; k < jacobian_.size(); ++k)
@@ -244,7 +247,7 @@ ConsistentPointRanks ConsistentPointRank::ranks(int wanted, int seeds) const {
       if (const auto at = staged_point(seed, numeric); at && !at->slow) take(*at);
   };
   const bool staged_first = *std::max_element(offsets_.c.begin(), offsets_.c.end()) >= high;
-  if (staged_first) take_staged();  // derivatives of high order lead Newton's method astray
+  if (staged_first) take_staged();  // derivatives of high order mislead Newton's method
   if (wanted == 1 && result.most == size_) return result;
   for (int seed = 0; seed < seeds && result.points < enough; ++seed) {
     const bool hold = seed % 4 == 1 && held > 0;
@@ -258,8 +261,8 @@ ConsistentPointRanks ConsistentPointRank::ranks(int wanted, int seeds) const {
     if (wanted == 1 && result.most == size_ && result.points > result.slow) break;
   }
   if (!staged_first) take_staged();
-  // Where the gradient of C³ vanishes, steps that end early are few: the rank beside the
-  // solutions is not the rank there.
+  // Where the gradient of C³ vanishes, few iterations end early, and those end beside the solutions, where
+  // the rank differs.
   constexpr int few = 5;
   if (result.slow >= few * result.points) result = {.slow = result.slow};
   if (result.points + result.slow == 0) {
@@ -267,13 +270,13 @@ ConsistentPointRanks ConsistentPointRank::ranks(int wanted, int seeds) const {
     for (int seed = 0; seed < seeds && result.points < enough; ++seed)
       for (const double size : {1.0, 30.0})
         if (const auto at = point(seed, all, 0, size); at && !at->slow) take(*at);
-    if (result.most < size_) result = {};  // far out, where tanh is 1, rank is lost to rounding
+    if (result.most < size_) result = {};  // far out, where tanh rounds to 1, rank is lost to rounding
   }
   if (result.points == 0) result.slow = std::max(result.slow, points_of_one_equation());
   return result;
 }
 
-/// Time, inputs, parameters without a value may be such that there is a solution: of x² = u not for u < 0.
+/// Adds time, inputs and parameters without a value to the unknowns: x² = u has no solution for u < 0.
 std::vector<Expr> ConsistentPointRank::with_given_ones(std::vector<Expr> columns) const {
   const std::unordered_set<Expr> unknown(columns.begin(), columns.end());
   for (Expr leaf : leaves(rows_))
@@ -281,8 +284,8 @@ std::vector<Expr> ConsistentPointRank::with_given_ones(std::vector<Expr> columns
   return columns;
 }
 
-/// The most points on one equation alone at which its gradient vanishes, if it vanishes at all that are
-/// found: C² = 0. All equations together may have no point then that Newton's method reaches.
+/// The largest number of points on a single equation at which its gradient vanishes, if that is so at all
+/// points found: C² = 0. All equations together may then have no point that Newton's method reaches.
 int ConsistentPointRank::points_of_one_equation() const {
   constexpr int seeds = 6;
   int most = 0;

@@ -26,8 +26,8 @@ void DerivativeArray::extend() {
                                                                  : total_derivative(before));
   }
   ++order_;
-  // A new derivative is beyond x′ by as much as has been differentiated, or one less
-  // if z′ did not occur in F.
+  // The order of a new derivative exceeds that of x′ by the number of differentiations, or by one less if z′
+  // did not occur in F.
   const std::vector<Expr> list = leaves(std::span(rows_).last(equations_));
   const std::unordered_set<Expr> present(list.begin(), list.end()), known(higher_.begin(), higher_.end());
   for (int beyond = std::max(order_ - 1, 1); beyond <= order_; ++beyond)

@@ -15,7 +15,7 @@ bool has_calls(const std::vector<Expr>& e) {
   return std::any_of(nodes.begin(), nodes.end(), [](Expr n) { return n.op() == Op::call; });
 }
 
-/// A smooth function of the same arguments without special properties: 2nd-degree terms and a sine.
+/// A smooth function of the same arguments without special properties: terms of second degree and a sine.
 Expr generic_function(const FunctionCall& f) {
   std::size_t state = std::hash<std::string>()(f.name);
   const auto draw = [&] {

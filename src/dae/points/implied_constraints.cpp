@@ -17,21 +17,20 @@ using Index = Eigen::Index;
 using Verdict = ConstraintRank::Verdict;
 
 constexpr double found_below =
-    1e-7;  // of a residual beside its terms: a search from afar ends there or nowhere
+    1e-7;  // of a residual relative to its terms; a search from afar reaches this or fails
 constexpr double holds_below =
-    1e-9;  // the same for what should follow: positions of independent constraints are exact
-constexpr double negligible =
-    1e-5;  // part of a unit gradient that is new; positions are exact to 1e-8 and better
+    1e-9;  // the same for implied constraints, since positions of independent constraints are exact
+constexpr double negligible = 1e-5;  // new part of a unit gradient; positions are exact to 1e-8 or better
 
-/// The residuals beside the size of their terms.
+/// The residuals relative to the size of their terms.
 Vec relative(const Vec& r, const Mat& J, const Vec& omega) {
   return r.cwiseAbs().cwiseQuotient(Vec::Ones(r.size()) + J.cwiseAbs() * omega.cwiseAbs());
 }
 
-/// Of two components of the set of positions, is it the first that the constraints were written for? A
-/// linkage may be rigid on one component and move on another, as a parallelogram with a third crank does: the
-/// one where coordinates move that are fixed on the other one. Or joints coincide on one of them, as two of
-/// Peaucellier's linkage may: bars between them say the same there, and the rank is lower.
+/// Is the first of two components of the set of positions the intended one? A linkage may be rigid on one
+/// component and mobile on another, like a parallelogram with a third crank: intended is the component with
+/// more mobile coordinates. Or joints coincide on one component, as in Peaucellier's linkage: bars between
+/// them are then redundant and the rank is lower.
 bool is_rather_meant(const ConstraintRank& one, const ConstraintRank& other) {
   const auto moves_more = [](const ConstraintRank& a, const ConstraintRank& b) {
     return std::any_of(a.free.begin(), a.free.end(), [&](Expr q) { return !b.free.count(q); });
@@ -40,7 +39,7 @@ bool is_rather_meant(const ConstraintRank& one, const ConstraintRank& other) {
   return more != less ? more : one.rank > other.rank;
 }
 
-/// Orthonormal directions that leave independent rows unchanged.
+/// An orthonormal basis of the null space of independent rows.
 Mat free_directions(const Mat& rows) {
   const Index n = rows.cols(), r = rows.rows();
   if (r == 0) return Mat::Identity(n, n);
@@ -64,8 +63,9 @@ ConstraintPositions::ConstraintPositions(const std::vector<Expr>& C, std::vector
       depends_on_time_(
           std::any_of(C_.begin(), C_.end(), [](Expr c) { return depends_on(c, time_symbol()); })) {}
 
-/// Newton's method where the gradients are independent; elsewhere it is slow or fails, and least squares in a
-/// trust region converge still: the kept constraints bound the distance.
+/// A position near the given one by Newton's method, which requires independent gradients. Otherwise
+/// it is slow or fails, while least squares in a trust region still converge: the kept constraints
+/// bound the distance.
 std::optional<Vec> ConstraintPositions::position(const Vec& from, const Known& known) const {
   if (const auto at = all_.project(from, known, 0); at && !at->slow) return at->w;
   const Index n = from.size();
@@ -90,8 +90,8 @@ std::optional<Vec> ConstraintPositions::position(const Vec& from, const Known& k
   return w;
 }
 
-/// Rows whose gradients are independent and far from being dependent: the first whose part that is new is at
-/// least a third of the largest one.
+/// Rows with clearly independent gradients. Takes the first row whose new part is at least a third of
+/// the largest one.
 std::vector<int> ConstraintPositions::well_conditioned(Mat J) const {
   constexpr double enough = 0.3;
   for (Index i = 0; i < J.rows(); ++i)
@@ -120,7 +120,7 @@ bool ConstraintPositions::all_hold(const Vec& at, const Known& known) const {
          relative(r, J, at.cwiseQuotient(all_.unit())).maxCoeff() <= holds_below;
 }
 
-/// |dq/dt| of what the kept constraints enforce, in units of q.
+/// dq/dt| enforced by the kept constraints, in units of q.
 double ConstraintPositions::driven_speed(const NumericArray& kept, const std::vector<int>& rows,
                                          const Vec& at, const Known& known) const {
   Known here = known;
@@ -133,14 +133,14 @@ double ConstraintPositions::driven_speed(const NumericArray& kept, const std::ve
   return kept.jacobian(at, known).completeOrthogonalDecomposition().solve(rates).norm();
 }
 
-/// Do all constraints hold where the kept ones do, a step away along every direction that these allow, and
-/// later? The step is shortened where it leads to no position or to a far one: q may be small beside its
-/// distance from the origin. So it is where the others do not hold, but have no gradient of their own beside:
-/// the step has passed a position in which the kept ones are dependent.
+/// Do all constraints hold where the kept ones do, after a step along every free direction and in time? The
+/// step is shortened if it leads to no position or a distant one, since q may be small relative to its
+/// distance from the origin. It is also shortened if other constraints are violated but have no gradient of
+/// their own there: then it has crossed a position at which the kept ones are dependent.
 bool ConstraintPositions::hold_beside(ConstraintRank& found, const NumericArray& kept, const Vec& at,
                                       const Known& known) const {
   constexpr double shares[] = {0.05, 5e-3, 5e-4,
-                               5e-5};  // residuals grow like their squares if nothing follows
+                               5e-5};  // residuals grow like the square of the step if nothing is implied
   const auto r = static_cast<Index>(found.kept.size());
   const Vec omega = at.cwiseQuotient(kept.unit());
   const double size = omega.cwiseAbs().maxCoeff() > 0 ? omega.cwiseAbs().maxCoeff() : 1;

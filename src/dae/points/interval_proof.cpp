@@ -13,7 +13,7 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double largest = std::numeric_limits<double>::max();
-constexpr double farthest = 1e300;  ///< an unknown beyond is no solution: most of what it stands in overflows
+constexpr double farthest = 1e300;  ///< no solution beyond: most expressions in the unknown would overflow
 
 struct Interval {
   double lo = -infinite, hi = infinite;
@@ -29,9 +29,9 @@ Interval intersection(Interval a, Interval b) { return {std::max(a.lo, b.lo), st
 Interval hull(Interval a, Interval b) { return {std::min(a.lo, b.lo), std::max(a.hi, b.hi)}; }
 bool are_apart(Interval a, Interval b) { return a.hi < b.lo || b.hi < a.lo; }
 
-/// Values rounded outward by 9 ε: functions of glibc err by 2 units in the last place at most, arithmetic by
-/// ½. What overflows is a number beyond the largest double. 0 is exact: so are sums that are 0, and the
-/// functions here where they are; what underflows is not 0 (`not_zero`).
+/// Rounds outward by 9 ε: functions of glibc err by at most 2 units in the last place, arithmetic by ½.
+/// Overflow yields a number beyond the largest double. 0 stays exact, for sums as well as for the functions
+/// used here; underflow does not become 0 (`not_zero`).
 Interval outward(double lo, double hi) {
   constexpr double error = 2e-15;
   const auto down = [](double v) {
@@ -60,7 +60,7 @@ Interval operator*(Interval a, Interval b) {
   return outward(lo, hi);
 }
 
-/// All q with q b in a for some b ≠ 0.
+/// All q for which q b lies in a for some b ≠ 0.
 Interval operator/(Interval a, Interval b) {
   if (b.lo == 0 && b.hi == 0) return empty;
   if (b.lo < 0 && b.hi > 0) return {};
@@ -74,7 +74,7 @@ Interval increasing(F f, Interval a) {
   return outward(f(a.lo), f(a.hi));
 }
 
-/// Of a function that is defined between `lo` and `hi` only, and unbounded there.
+/// For a function that is defined between `lo` and `hi` only and unbounded there.
 template <class F>
 Interval increasing_between(F f, double lo, double hi, Interval a) {
   if (a.hi <= lo || a.lo >= hi) return empty;
@@ -95,7 +95,7 @@ Interval absolute(Interval a) {
 
 /// cos on an interval: 1 and -1 where it contains multiples of π.
 Interval cosine(Interval a) {
-  constexpr double pi = std::numbers::pi, most = 1e6;  // there multiples of π err by 1e6 ε < 1e-9
+  constexpr double pi = std::numbers::pi, most = 1e6;  // up to 1e6, multiples of π err by 1e6 ε < 1e-9
   if (!a.is_bounded() || a.hi - a.lo >= 2 * pi || absolute(a).hi > most) return {-1, 1};
   const auto contains = [&](double first) {
     return std::floor((a.hi + 1e-9 - first) / (2 * pi)) >= std::ceil((a.lo - 1e-9 - first) / (2 * pi));
@@ -114,7 +114,7 @@ Interval power(Interval a, double n) {
   return std::fmod(n, 2) == 0 ? not_negative(increasing(f, absolute(a))) : increasing(f, a);
 }
 
-/// Where the n-th power of a number of `now` lies in r.
+/// The numbers within `now` whose n-th power lies in r.
 Interval root(Interval r, double n, Interval now) {
   const auto f = [n](double v) { return std::copysign(std::pow(std::fabs(v), 1 / n), v); };
   if (n < 0) return root(Interval{1, 1} / r, -n, now);
@@ -125,8 +125,8 @@ Interval root(Interval r, double n, Interval now) {
   return now.hi <= 0 ? -size : Interval{-size.hi, size.hi};
 }
 
-// Rows up to which intervals without bounds are divided, which seldom helps and takes 15 times as long: for
-// models as small as those whose index the derivative array decides.
+// Number of rows up to which unbounded intervals are split. That seldom helps and takes 15 times as long; the
+// limit is that of models whose index the derivative array decides.
 constexpr std::size_t few = 12;
 
 class Propagation {
@@ -145,7 +145,7 @@ class Propagation {
     for (Expr row : rows) zero_.push_back(place_.at(row));
   }
 
-  /// Also where an unknown whose interval contains 0 is negative and where it is positive, `depth` times.
+  /// Splits unknowns whose interval contains 0 into a negative and a positive part, up to `depth` times.
   bool finds_empty(int depth) {
     if (propagation_empties()) return true;
     if (depth == 0) return false;
@@ -167,11 +167,12 @@ class Propagation {
   }
 
  private:
-  /// An unknown that is 0 has a narrow interval around it, whose halves prove nothing.
+  /// Width below which an interval is not split: an unknown that is 0 has a narrow interval whose
+  /// halves prove nothing.
   static constexpr double narrow_around_0 = 1e-6;
 
   bool propagation_empties() {
-    constexpr int most_sweeps = 100;  // with `visible` they leave 0.9 of an interval, or find more to do
+    constexpr int most_sweeps = 100;  // sweeps that shrink by `visible` leave 0.9 of an interval
     for (int sweep = 0; sweep < most_sweeps; ++sweep) {
       shrunk_ = false;
       for (std::size_t k = 0; k < nodes_.size(); ++k) narrow(k, forward(nodes_[k]));
@@ -185,7 +186,8 @@ class Propagation {
   Interval& of(Expr e) { return value_[place_.at(e)]; }
 
   void narrow(std::size_t k, Interval next) {
-    constexpr double visible = 1e-3;  // share of a bounded interval: to halve it by less takes 700 sweeps
+    // share of a bounded interval; halving it by smaller changes takes 700 sweeps
+    constexpr double visible = 1e-3;
     Interval& now = value_[k];
     const Interval old = now;
     now = intersection(now, next);
@@ -325,7 +327,7 @@ class Propagation {
   static bool is_true(Interval condition) { return condition.lo > 0; }
   static bool is_false(Interval condition) { return condition.hi <= 0; }
 
-  /// min(a, other) in r, and its like: both are at least r.lo, and one of them is at most r.hi.
+  /// min(a, other) in r: both are at least r.lo, and one of them is at most r.hi.
   void narrow_smaller(Expr a, Expr other, Interval r) {
     narrow(a, {r.lo, of(other).lo > r.hi ? r.hi : infinite});
   }

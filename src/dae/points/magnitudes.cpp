@@ -12,14 +12,14 @@ namespace pendula::dae {
 using Index = Eigen::Index;
 
 struct SizeEquations::Parts {
-  /// log |e| = constant + Σ coefficient · log s_j; nothing where the size is not known (a factor 0).
+  /// log |e| = constant + Σ coefficient · log s_j; empty where the size is unknown (a factor 0).
   struct Form {
     std::map<Index, double> slope;
-    std::size_t constant = 0;  ///< its place in Constants
+    std::size_t constant = 0;  ///< its index in Constants
   };
 
-  /// Logarithms that depend on the values of leaves: each is one of a value, or a + factor b
-  /// of two before it. Number 0 is 0.
+  /// Logarithms that depend on the values of leaves: each is that of a value, or a + factor b of two earlier
+  /// ones. Number 0 is 0.
   class Constants {
    public:
     std::vector<double> value{0};
@@ -48,15 +48,14 @@ struct SizeEquations::Parts {
       value.push_back(logarithm);
       return value.size() - 1;
     }
-    std::vector<std::pair<std::size_t, std::size_t>> leaves_;  ///< leaf, place
+    std::vector<std::pair<std::size_t, std::size_t>> leaves_;  ///< leaf, index
     std::vector<Sum> sums_;
   };
 
   /// The terms of a sum, and which of them count.
   struct Terms {
     std::vector<std::size_t> constant;
-    std::vector<int>
-        alike;  ///< the number of the set of terms in the same unknowns; empty where none is small
+    std::vector<int> alike;  ///< the number of the set of terms in the same unknowns; empty if none is small
     std::vector<char> counts;
   };
 
@@ -64,7 +63,7 @@ struct SizeEquations::Parts {
   std::vector<Form> equations;          ///< each should be 0
   std::vector<std::vector<Form>> rows;  ///< their terms
   std::vector<Terms> sums;
-  std::vector<char> has_size;  ///< which leaves
+  std::vector<char> has_size;  ///< by leaf
   LeastAbsolute least;
   Index unknowns = 0;
 };
@@ -86,8 +85,8 @@ bool has_small_terms(const std::vector<std::size_t>& constants, const std::vecto
   return most - least >= small_beside;
 }
 
-/// Without terms in the same unknowns as another one that are 10¹⁰ times smaller: cos(π/2) = 6e-17 of a sum
-/// with sin x says nothing about sizes.
+/// Excludes terms that are 10¹⁰ times smaller than another one in the same unknowns: cos(π/2) = 6e-17 in a
+/// sum with sin x contains no information about sizes.
 std::vector<char> not_negligible(const Terms& terms, const std::vector<double>& value) {
   std::vector<char> counts(terms.constant.size(), 1);
   std::vector<double> largest(counts.size(), -INFINITY);
@@ -100,7 +99,7 @@ std::vector<char> not_negligible(const Terms& terms, const std::vector<double>& 
 
 bool has_size(double value) { return value != 0 && std::isfinite(value); }
 
-/// Writes the parts of SizeEquations.
+/// Assembles the parts of SizeEquations.
 class Builder {
  public:
   Builder(const std::vector<Expr>& unknowns, std::span<const Expr> leaves, std::span<const double> values,
@@ -131,7 +130,8 @@ class Builder {
 
   void terms_of(Expr e, std::vector<Form>& out) {
     std::vector<Expr> open{e};
-    constexpr std::size_t most_terms = 20000;  // a sum that shares its parts may have any number of them
+    // a sum that shares subexpressions may have any number of terms
+    constexpr std::size_t most_terms = 20000;
     while (!open.empty() && out.size() < most_terms) {
       const Expr next = open.back();
       open.pop_back();
@@ -173,7 +173,7 @@ class Builder {
 
   void balance(const std::vector<Form>& terms) {
     if (terms.size() < 2) return;
-    constexpr std::size_t most = 64;  // a sum of thousands of terms would couple all of them with all
+    constexpr std::size_t most = 64;  // a sum of thousands of terms would couple all of them with each other
     const Form m = terms.size() <= most ? mean(terms) : terms[0];
     for (const Form& term : terms) {
       Form e = term;
@@ -212,7 +212,7 @@ class Builder {
         return leaf(e);
       case Op::add:
       case Op::sub:
-        return {};  // when it is a factor or an argument: of()
+        return {};  // handled by of() where it is a factor or an argument
       case Op::neg:
       case Op::abs:
         return of(e.operand(0));
@@ -255,7 +255,7 @@ class Builder {
   std::unordered_map<Expr, Size> size_;
 };
 
-/// Are the terms that count the same ones with these values?
+/// Do the same terms count with these values?
 bool still_counts(const Terms& terms, const std::vector<double>& value) {
   if (!has_small_terms(terms.constant, value))
     return std::find(terms.counts.begin(), terms.counts.end(), 0) == terms.counts.end();
@@ -289,7 +289,7 @@ SizeEquations::SizeEquations(const std::vector<Expr>& rows, std::size_t equation
 SizeEquations::~SizeEquations() = default;
 
 std::optional<Magnitudes> SizeEquations::operator()(std::span<const double> values, const Anchors& anchors) {
-  constexpr double anchored = 1e-10;  // decides only what the equations do not
+  constexpr double anchored = 1e-10;  // weight that decides only what the equations leave open
   Parts& p = *parts_;
   for (std::size_t k = 0; k < values.size(); ++k)
     if (has_size(values[k]) != static_cast<bool>(p.has_size[k])) return {};
@@ -303,13 +303,12 @@ std::optional<Magnitudes> SizeEquations::operator()(std::span<const double> valu
   std::vector<double> right_sides;
   for (const Form& e : p.equations) right_sides.push_back(-p.constants.value[e.constant]);
   Vec log_unit = p.least(right_sides, singles);
-  constexpr double credible =
-      80;  // in a long chain small contradictions add up to nothing that means anything
+  constexpr double credible = 80;  // in a long chain small contradictions add up to meaningless sizes
   if (n > 0 && log_unit.maxCoeff() - log_unit.minCoeff() > credible) {
     for (Index j = 0; j < n; ++j) singles.push_back({j, 0, 0.1});
     log_unit = p.least(right_sides, singles);
   }
-  constexpr double largest = 690;  // e⁶⁹⁰ is 1e299: a unit is a number, and no smaller than one that is given
+  constexpr double largest = 690;  // e⁶⁹⁰ is 1e299: keeps units finite and nonzero
   Magnitudes result{log_unit.cwiseMin(largest).cwiseMax(-largest).array().exp(),
                     Vec(static_cast<Index>(p.rows.size()))};
   for (std::size_t i = 0; i < p.rows.size(); ++i)

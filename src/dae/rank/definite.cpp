@@ -28,7 +28,7 @@ bool is_symmetric(const std::vector<Entry>& entries, std::span<const Expr> value
   return true;
 }
 
-/// A point between ½ and 2 in every symbol, the same in every run.
+/// A reproducible point between ½ and 2 in every symbol.
 std::unordered_map<Expr, double> point(std::span<const Expr> symbols,
                                        const std::unordered_map<Expr, double>& parameters, int attempt) {
   std::unordered_map<Expr, double> values;
@@ -43,7 +43,7 @@ std::unordered_map<Expr, double> point(std::span<const Expr> symbols,
   return values;
 }
 
-/// 1: positive definite, -1: negative, 0: neither.
+/// 1: positive definite, -1: negative definite, 0: neither.
 int sign_at(int n, const std::vector<Entry>& entries, const std::vector<double>& numbers) {
   std::vector<Eigen::Triplet<double>> list;
   double diagonal = 0;

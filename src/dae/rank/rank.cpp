@@ -15,7 +15,7 @@
 namespace pendula::dae {
 namespace {
 
-/// Rows, then columns, divided by their largest entry: the rank shall not depend on units.
+/// Divides rows, then columns, by their largest entry, so that the rank does not depend on units.
 Mat scaled_once(Mat m) {
   for (Eigen::Index i = 0; i < m.rows(); ++i)
     if (const double s = m.row(i).cwiseAbs().maxCoeff(); s > 0) m.row(i) /= s;
@@ -25,13 +25,13 @@ Mat scaled_once(Mat m) {
 }
 
 constexpr double rank_tolerance =
-    1e-9;  // relative to σ₁: far above rounding (1e-15·n), far below what models mean
+    1e-9;  // relative to σ₁: far above rounding (1e-15·n), far below deliberate values
 
 }  // namespace
 
 std::unordered_map<Expr, double> random_point(std::span<const Expr> outputs, int attempt) {
   std::unordered_map<Expr, double> point;
-  std::uint64_t calls = 0;  // applications of one function to different arguments have different values
+  std::uint64_t calls = 0;  // different arguments of one function give different values
   for (Expr node : topological(outputs)) {
     const bool named_constant = node.is_symbol() && symbol_of(node).kind == Kind::constant;
     if ((!node.is_symbol() || named_constant) && node.op() != Op::call) continue;
@@ -57,10 +57,10 @@ int numeric_rank(const Mat& m, double* gap) {
   return rank;
 }
 
-/// The rank at a point for equations in any units: singular values count that stand clear of what the
-/// last digits of the point change. Rows and columns are divided in turn by √(largest · least entry)
-/// (Tomlin, Math. Programming Study 4, 1975), which undoes r_i c_j where the other factors are alike;
-/// entries that have cancelled are 0 first.
+/// The rank at a point, independent of units. Singular values count if they clearly exceed the effect of the
+/// last digits of the point. Entries that have cancelled are set to 0. Then rows and columns are divided in
+/// turn by √(largest · least entry) (Tomlin, Math. Programming Study 4, 1975), which removes factors r_i c_j
+/// if the other factors are of similar size.
 class RankInOwnUnits {
  public:
   RankInOwnUnits(const MatX& m, const std::unordered_map<Expr, double>& point) : value_(m.rows(), m.cols()) {
@@ -78,7 +78,7 @@ class RankInOwnUnits {
     value_ = matrix(place);
     noise_ = Mat::Zero(m.rows(), m.cols());
     constexpr double last_digits = 4e-16;
-    for (std::size_t k = 1; k <= 8; ++k) {  // one alone may happen to be rounded alike
+    for (std::size_t k = 1; k <= 8; ++k) {  // a single perturbation may happen to round alike
       std::vector<double> moved = place;
       for (std::size_t j = 0; j < moved.size(); ++j)
         moved[j] *= 1 + ((j * k / 3) % 2 == 0 ? last_digits : -last_digits);
@@ -118,8 +118,8 @@ class RankInOwnUnits {
   Mat value_, noise_;
 };
 
-/// The largest numeric rank at a few random points: sees identities between transcendental functions. Nothing
-/// if the entries are not finite at any point tried.
+/// The largest numeric rank at a few random points, which detects identities between transcendental
+/// functions. Empty if the entries are not finite at any of them.
 static std::optional<int> sampled_rank(const MatX& m) {
   std::optional<int> best;
   for (int attempt = 0, valid = 0; attempt < 20 && valid < 6; ++attempt) {

@@ -12,12 +12,12 @@ namespace {
 
 using Index = Eigen::Index;
 
-constexpr double rank_cut = 1e-8;  // relative to σ₁: σ above it always counts
+constexpr double rank_cut = 1e-8;  // relative to σ₁; larger σ always count
 constexpr double rounding = 1e-16;
 
-/// The rank, where a QR factorisation with pivoting proves it: with R₁₁ (r × r) and R₂₂ its diagonal blocks,
-/// σ_r ≥ 1/‖R₁₁⁻¹‖ and σ_{r+1} ≤ ‖R₂₂‖, Frobenius norms (Golub & Van Loan 2013, §5.4.2). Nothing if the two
-/// bounds do not show the widest gap.
+/// The rank if a QR factorisation with pivoting proves it: with diagonal blocks R₁₁ (r × r) and R₂₂, σ_r ≥
+/// 1/‖R₁₁⁻¹‖ and σ_{r+1} ≤ ‖R₂₂‖, Frobenius norms (Golub & Van Loan 2013, §5.4.2). Empty if these bounds do
+/// not show the widest gap.
 std::optional<RankGap> proved_rank(const Mat& m) {
   const Eigen::ColPivHouseholderQR<Mat> qr(m);
   const Mat& R = qr.matrixQR();
@@ -45,11 +45,11 @@ Mat equilibrated(Mat m) {
   return m;
 }
 
-/// Curtis & Reid (J. Inst. Maths Applics 10, 1972): the sum of squares of log |m_ij rᵢ
-/// cⱼ| over the entries is least.
+/// Curtis & Reid (J. Inst. Maths Applics 10, 1972): minimises the sum of squares of log |m_ij rᵢ cⱼ|
+/// over the entries.
 Balance balance(const Mat& m) {
   const Index rows = m.rows(), n = rows + m.cols();
-  constexpr double slight = 1e-10;  // holds what is not determined: r and 1/c of a block that stands alone
+  constexpr double slight = 1e-10;  // fixes the open factors: r and 1/c of an isolated block
   std::vector<Eigen::Triplet<double>> lower;
   Vec right = Vec::Zero(n);
   for (Index k = 0; k < n; ++k) lower.emplace_back(k, k, slight);
@@ -74,7 +74,7 @@ RankGap rank_with_gap(const Mat& given) {
   const Mat m = equilibrated(given);
   if (m.isZero(0)) return {0, 1 / rounding};
   if (const auto proved = proved_rank(m)) return *proved;
-  constexpr Index affordable = 260;  // singular values of larger ones take seconds
+  constexpr Index affordable = 260;  // singular values of larger matrices take seconds
   if (std::min(m.rows(), m.cols()) > affordable) return {0, 0};
   const Eigen::JacobiSVD<Mat> svd(m);
   Vec s = svd.singularValues();

@@ -188,7 +188,7 @@ RationalMatrix span(const RationalMatrix& a) {
 }
 
 RationalMatrix preimage(const RationalMatrix& a, const RationalMatrix& b) {
-  // a x = b y: the x part of the kernel of [a  -b].
+  // a x = b y: the x part of the kernel of [a  -b]
   const RationalMatrix both = kernel(beside(a, mpq_class(-1) * b));
   return span(both.block(0, 0, a.cols(), both.cols()));
 }

@@ -6,7 +6,7 @@
 namespace pendula::dae {
 
 TrackedRow TrackedElimination::add(TrackedRow row) {
-  // Pivots sit on the last column of their row: subtracting one only brings in columns before it.
+  // The pivot of a row is its last column, so that subtraction only adds earlier columns.
   for (auto it = row.entries.rbegin(); it != row.entries.rend();) {
     const int column = it->first;
     const auto pivot = pivots_.find(column);
@@ -39,7 +39,7 @@ void make_coprime(std::map<int, mpq_class>& combination) {
 std::string combination_text(const std::map<int, mpq_class>& combination,
                              const std::function<std::string(int)>& label) {
   std::vector<std::pair<int, mpq_class>> terms(combination.begin(), combination.end());
-  // The last row first, and it is what the others are subtracted from: (3) - (1) - (2).
+  // Positive terms first: (3) - (1) - (2).
   std::stable_sort(terms.begin(), terms.end(),
                    [](const auto& a, const auto& b) { return (a.second > 0) > (b.second > 0); });
   std::string out;

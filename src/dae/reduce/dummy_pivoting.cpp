@@ -62,7 +62,7 @@ std::vector<Component> components(const std::vector<Row>& rows) {
   return list;
 }
 
-/// The part of the rows in these columns (ascending), columns renumbered.
+/// The rows restricted to these columns (ascending), which are renumbered.
 Sparse matrix(const std::vector<Row>& rows, const std::vector<Index>& columns) {
   std::vector<Eigen::Triplet<double>> list;
   for (std::size_t i = 0; i < rows.size(); ++i)
@@ -97,7 +97,7 @@ double least_singular_value(const Sparse& A) {
   return std::isfinite(growth) && growth > 0 ? 1 / std::sqrt(growth) : 0;
 }
 
-/// Columns that make the rows regular; fewer than rows where these are dependent.
+/// Columns in which the rows are regular; fewer than rows if these are dependent.
 std::vector<Index> independent_columns(const Component& part) {
   constexpr double rounding = 1e-12;
   if (part.columns.empty()) return {};
@@ -151,7 +151,7 @@ std::vector<Index> independent_columns(const Component& part) {
   return chosen;
 }
 
-/// The worst of the components: σ_min of the chosen columns relative to that of all of them.
+/// The minimum over the components of σ_min of the chosen columns relative to that of all columns.
 double quality_of(const std::vector<Component>& parts, const std::vector<char>& is_chosen) {
   double worst = 1;
   for (const Component& part : parts) {
@@ -179,8 +179,8 @@ DummyPivoting::DummyPivoting(const ModelPtr& source) : model_(source), analysis_
   for (std::size_t j = 0; j < equations.columns().size(); ++j)
     size[equations.columns()[j]] = equations.unit()[j];
   unit_ = Vec::Ones(static_cast<Index>(source->variables.size()));
-  // Of the highest derivative, which is what an equation is solved for: in nanometres a velocity that is
-  // known from its derivative alone has no unit of its own.
+  // The unit of the highest derivative, for which an equation is solved. In nanometres, a velocity determined
+  // by its derivative alone has no unit of its own.
   for (std::size_t j = 0; j < source->variables.size(); ++j)
     for (int order = analysis_.offsets.d[j]; order >= 0; --order)
       if (const auto it = size.find(derivative_leaf(source->variables[j].leaf, order)); it != size.end()) {
@@ -205,7 +205,7 @@ std::unordered_map<Expr, double> DummyPivoting::generic_point(bool in_units_near
   return point;
 }
 
-/// Row by row, in units of the variables, largest entry 1; empty where a number is not finite.
+/// The rows in units of the variables, scaled to a largest entry of 1; empty if a number is not finite.
 std::vector<DummyPivoting::Row> DummyPivoting::rows(std::span<const double> numbers) const {
   std::vector<Row> list(model_->variables.size());
   for (std::size_t k = 0; k < entries_.size(); ++k) {
@@ -221,7 +221,7 @@ std::vector<DummyPivoting::Row> DummyPivoting::rows(std::span<const double> numb
   return list;
 }
 
-/// The rows that are differentiated `stage` times or more, in these columns.
+/// The rows that are differentiated at least `stage` times, restricted to these columns.
 std::vector<DummyPivoting::Row> DummyPivoting::of_stage(const std::vector<Row>& all, int stage,
                                                         const std::vector<char>& columns) const {
   std::vector<Row> list;

@@ -23,9 +23,9 @@ namespace {
 using Index = Eigen::Index;
 
 constexpr std::size_t most_variables = 40;
-constexpr Index largest_shown = 3;    // of a matrix that is shown with its determinant
-constexpr int widest_shown = 140;     // characters of a formula that explains something
-constexpr double longest_node = 400;  // nodes that are simplified for it
+constexpr Index largest_shown = 3;    // size up to which a matrix is shown with its determinant
+constexpr int widest_shown = 140;     // characters of an explanatory formula
+constexpr double longest_node = 400;  // nodes up to which a formula is simplified
 
 bool is_variable(Expr leaf) { return symbol_of(leaf).kind == Kind::variable; }
 
@@ -38,7 +38,7 @@ Expr readable_entry(Expr e) { return is_short(e, longest_node) ? simplify(e) : e
 
 bool is_readable(Expr e) { return is_short(e, longest_node) && display_width(to_text(e)) <= widest_shown; }
 
-/// The unknowns that are left when rows x′ = f have been put into the others.
+/// The unknowns left after rows x′ = f are substituted into the others.
 struct Remainder {
   explicit Remainder(const Model& m) : model(m) {
     const auto top = m.top_derivatives(), z = m.algebraic();
@@ -72,7 +72,7 @@ struct Remainder {
   std::vector<std::string> solved_labels, labels_left;
 };
 
-/// "p² ≠ 0 and m ≠ 0", each with its value on the constraints where they give one.
+/// "p² ≠ 0 and m ≠ 0", with the values that the constraints imply.
 std::string conditions(Expr determinant, const Model& m) {
   std::vector<std::string> words;
   for (Expr factor : vanishing_factors(determinant)) {
@@ -85,15 +85,15 @@ std::string conditions(Expr determinant, const Model& m) {
   return join(words, " and ");
 }
 
-/// A w = b, b at w = 0.
+/// b of A w = b: the rows at w = 0.
 VecX right_side(const Remainder& r) {
   Substitution none;
   for (Expr w : r.unknowns) none[w] = Expr(0);
   return -column(substitute(r.rows, none));
 }
 
-/// A constraint that is linear in a variable, with a constant coefficient, put into e where that
-/// makes it shorter: C_A = C_B/K_eq.
+/// Substitutes a constraint that is linear in a variable, with a constant coefficient, if that makes e
+/// shorter: C_A = C_B/K_eq.
 Expr shorter_on_constraints(Expr e, const std::vector<Constraint>& constraints) {
   for (const Constraint& c : constraints)
     for (Expr x : leaves({&c.residual, 1})) {
@@ -106,7 +106,7 @@ Expr shorter_on_constraints(Expr e, const std::vector<Constraint>& constraints) 
   return e;
 }
 
-/// (m p′ᵀp′ + uᵀp)/L² where that is shorter than m (p′ᵀp′ + uᵀp/m)/L².
+/// (m p′ᵀp′ + uᵀp)/L² if that is shorter than m (p′ᵀp′ + uᵀp/m)/L².
 Expr over_one_denominator(Expr e) {
   if (!is_short(e, longest_node)) return e;
   try {
@@ -153,7 +153,8 @@ void tell_solution(const Remainder& r, const MatX& A, std::vector<std::string>& 
 
 void tell_mechanics(const Model& m, std::vector<std::string>& lines) {
   if (!m.mechanics || m.mechanics->C.size() == 0) return;
-  if (m.blocks.back().rhs.size() < m.mechanics->C.size()) return;  // rows for z of least norm are in it
+  // the rows for z of least norm are included
+  if (m.blocks.back().rhs.size() < m.mechanics->C.size()) return;
   lines.push_back(told_from(Detail::full,
                             text("     It is  ", formula("[W Cqᵀ; Cq 0]"), "  with  ", formula("Cq = ∂C/∂q"),
                                  ": regular where ", formula("W > 0"), " on ker ", formula("Cq"))));
@@ -190,7 +191,7 @@ std::vector<std::string> rank_reason(const Model& low) {
   if (!r.is_small()) return lines;
   const auto n = static_cast<Index>(r.unknowns.size());
   MatX A = jacobian(r.rows, r.unknowns).unaryExpr(&readable_entry);
-  if (n == 1 && to_text(A(0, 0)).starts_with("-")) {  // one equation: it may change its sign
+  if (n == 1 && to_text(A(0, 0)).starts_with("-")) {  // a single equation may change its sign
     r.rows[0] = -r.rows[0];
     A(0, 0) = readable_entry(-A(0, 0));
   }

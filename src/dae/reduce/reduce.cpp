@@ -24,7 +24,7 @@
 namespace pendula::dae {
 namespace {
 
-/// Rows such as p′ = v that were put into a derivative of the constraints.
+/// Reports rows such as p′ = v that were substituted into a derivative of the constraints.
 void describe_substitutions(const Model& m, const std::vector<Constraint>& constraints,
                             std::vector<std::string>& lines) {
   const auto known = kinematics(m);
@@ -42,7 +42,7 @@ void describe_substitutions(const Model& m, const std::vector<Constraint>& const
   }
 }
 
-/// "x₁′, x₂′, z", of a large model the first names only.
+/// "x₁′, x₂′, z"; for a large model the first names only.
 std::string unknowns_text(const Model& m) {
   constexpr std::size_t most = 40, shown = 12;
   std::vector<Expr> list = m.top_derivatives();
@@ -57,7 +57,7 @@ std::string unknowns_text(const Model& m) {
 }  // namespace
 
 std::vector<Entry> top_jacobian(const Model& m) {
-  static ModelCache<std::vector<Entry>> known(cached_models);  // every start asks for it
+  static ModelCache<std::vector<Entry>> known(cached_models);  // every start needs it
   const ModelKey key = key_of(m);
   if (const auto* entries = known.find(key)) return *entries;
   std::vector<Expr> unknowns = m.top_derivatives();
@@ -73,7 +73,7 @@ ModelPtr made_acc(const ModelPtr& given);
 }  // namespace
 
 ModelPtr reduce_acc(const ModelPtr& given) {
-  static LruCache<ModelPtr, ModelPtr> known(4);  // other forms ask for this one first
+  static LruCache<ModelPtr, ModelPtr> known(4);  // other forms need this one first
   if (const ModelPtr* low = known.find(given)) return *low;
   return known.insert(given, made_acc(given));
 }
@@ -90,7 +90,8 @@ ModelPtr made_acc(const ModelPtr& given) {
   options.projections.clear();
   options.drift = DriftLaw::polynomial;
   options.invariants.insert(options.invariants.end(), d.constraints.begin(), d.constraints.end());
-  for (std::size_t j = 0; j < model->variables.size(); ++j) {  // an algebraic one may have got a derivative
+  // an algebraic variable may have received a derivative
+  for (std::size_t j = 0; j < model->variables.size(); ++j) {
     const Variable& v = model->variables[j];
     (v.order > 0 || a.offsets.d[j] > 0 ? options.x : options.z).push_back(v.leaf);
   }
@@ -142,7 +143,7 @@ ModelPtr index_one_form(const ModelPtr& model, const std::unordered_map<Expr, do
       ReduceOptions options;
       options.at = near;
       return reduce_array(model, options);
-    } catch (const Failure&) {  // the first reason is the better one
+    } catch (const Failure&) {  // the first failure explains more
     }
     if (const std::string open = why_forces_are_open(*model); !open.empty()) throw Failure(open);
     throw;

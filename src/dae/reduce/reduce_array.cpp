@@ -1,5 +1,5 @@
-// Form "array": the rows of the derivative array that determine the solution at a
-// point, as a system of index 1.
+// Form "array": rows of the derivative array that determine the solution near a point, as a system
+// of index 1.
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -31,9 +31,9 @@ namespace {
 using Index = Eigen::Index;
 using Columns = std::vector<Index>;
 
-constexpr std::size_t most_columns = 400;  // of ∂F_k/∂(x, y); orthogonal decompositions cost O(n³)
+constexpr std::size_t most_columns = 400;  // of ∂F_k/∂(x, y), for orthogonal decompositions in O(n³)
 
-/// F_k with k = ν, a point that satisfies it, and the Jacobian there, rows and columns of unit size.
+/// F_k with k = ν, a point of F_k = 0, and the equilibrated Jacobian there.
 struct ArrayAt {
   DerivativeArray array;
   std::vector<Expr> columns;
@@ -53,14 +53,14 @@ Columns range(Index from, Index to) {
 
 /// The first `count` pivots of a QR factorisation: independent columns.
 Columns pivots(const Mat& m, Index count) {
-  if (count == 0) return {};  // Eigen factorises no empty matrix
+  if (count == 0) return {};  // Eigen cannot factorise an empty matrix
   const Eigen::ColPivHouseholderQR<Mat> qr(m);
   Columns list;
   for (Index k = 0; k < count; ++k) list.push_back(qr.colsPermutation().indices()[k]);
   return list;
 }
 
-/// Values of parameters, then those that the caller gave; the rest is drawn.
+/// Values of the other leaves: those given by the caller, else the parameter values, else random.
 std::unordered_map<Expr, double> known_values(const NumericArray& numeric, const Model& m, int seed,
                                               const std::unordered_map<Expr, double>& near) {
   auto known = numeric.known(seed);
@@ -72,8 +72,8 @@ std::unordered_map<Expr, double> known_values(const NumericArray& numeric, const
   return known;
 }
 
-/// Points of F_0 = 0, then F_1 = 0 … up to F_k = 0, each from the one before: where Newton's method
-/// finds no point of F_k = 0 at once.
+/// Solves F_0 = 0, then F_1 = 0 … up to F_k = 0, each from the previous point, for cases where Newton's
+/// method finds no point of F_k = 0 directly.
 class StagedPoints {
  public:
   StagedPoints(const Model& m, int order) : model_(m) {
@@ -84,7 +84,7 @@ class StagedPoints {
     }
   }
 
-  /// held: the first unknowns, which keep their values.
+  /// held: number of leading unknowns that keep their values.
   std::optional<NumericArray::Solution> point(int seed, std::unordered_map<Expr, double> values,
                                               Index held = 0) const {
     std::optional<NumericArray::Solution> at;
@@ -104,8 +104,8 @@ class StagedPoints {
   std::vector<NumericArray> stages_;
 };
 
-/// A point of F_k = 0 where x′ is determined and the rows are as independent as at the best point found: near
-/// the given values first, then anywhere.
+/// A point of F_k = 0 that determines x′ and at which the rank of the rows is the largest found. Searched
+/// near the given values if there are any.
 std::optional<ArrayAt> regular_point(const Model& m, int order,
                                      const std::unordered_map<Expr, double>& near) {
   constexpr int seeds = 16;
@@ -123,7 +123,7 @@ std::optional<ArrayAt> regular_point(const Model& m, int order,
     const auto& x = best.array.states();
     const bool given = std::all_of(x.begin(), x.end(), [&](Expr leaf) { return near.count(leaf) > 0; });
     const Vec from = numeric.start(seed, near);
-    // at a consistent start itself: beside one at rest, rows are regular that are not so at rest
+    // at a consistent start itself: near a start at rest, rows may be regular that are singular at rest
     const auto there = given ? numeric.project(from, known, best.states) : std::nullopt;
     return there && !there->slow ? there : numeric.project(from, known, 0);
   };
@@ -144,9 +144,9 @@ std::optional<ArrayAt> regular_point(const Model& m, int order,
   return most < 0 ? std::nullopt : std::optional(std::move(best));
 }
 
-/// Independent columns of ∂F_k/∂(higher derivatives), as many as the rank, low orders first: what stays open
-/// are then derivatives of highest order, in which the rows are linear. With another choice the rest solves
-/// quadratic equations, which need not have a real root.
+/// Independent columns of ∂F_k/∂(higher derivatives), low orders first. The open derivatives are then of
+/// highest order, in which the rows are linear. Other choices lead to quadratic equations, which may have
+/// no real root.
 Columns higher_of_low_order(const ArrayAt& a) {
   std::map<int, Columns> by_order;
   for (Index j = a.states + a.first; j < a.J.cols(); ++j)
@@ -168,14 +168,14 @@ Columns higher_of_low_order(const ArrayAt& a) {
   return chosen;
 }
 
-/// Which rows, which unknowns they determine, and which unknowns are states.
+/// The chosen rows, the x and the higher derivatives that they determine; the other x are states.
 struct ArraySelection {
   Columns rows, dependent, higher;
 };
 
-/// Square and regular in (dependent x, x′, higher): of the higher derivatives as many as are
-/// independent, of x as many as F_k = 0 has conditions on it, variables without derivative in F first;
-/// rows with few derivatives first.
+/// Chooses a square regular system in (dependent x, x′, higher): as many higher derivatives as are
+/// independent, and as many x as F_k = 0 has conditions on them. Variables without derivative in F and rows
+/// with few derivatives are preferred.
 ArraySelection select(const ArrayAt& a, const Model& m) {
   constexpr double prefer = 1e2;
   ArraySelection s;
@@ -184,11 +184,10 @@ ArraySelection select(const ArrayAt& a, const Model& m) {
   y.insert(y.end(), s.higher.begin(), s.higher.end());
   const Mat Y = columns_of(a.J, y);
   const Eigen::HouseholderQR<Mat> qr(Y);
-  const Mat left =
-      full_q(qr.householderQ()).rightCols(a.J.rows() - Y.cols());  // its null space from the left
+  const Mat left = full_q(qr.householderQ()).rightCols(a.J.rows() - Y.cols());  // left null space
   Mat conditions = left.transpose() * a.J.leftCols(a.states);
   const int count = rank_with_gap(a.J).rank - static_cast<int>(y.size());
-  // at a singular point, conditions that are independent beside it are not
+  // at a singular point, conditions that are independent nearby become dependent
   if (count < 0 || count > a.states)
     throw Failure(
         "the form \"array\": the rows of the derivative array have no clear rank at this point; choose another one, "
@@ -206,7 +205,7 @@ ArraySelection select(const ArrayAt& a, const Model& m) {
   return s;
 }
 
-/// Higher derivatives that one row alone contains only say what they are themselves: both are left out.
+/// Drops higher derivatives that occur in a single row, together with that row, which only defines them.
 void prune(ArraySelection& s, const ArrayAt& a) {
   for (bool again = true; again;) {
     again = false;
@@ -225,9 +224,9 @@ void prune(ArraySelection& s, const ArrayAt& a) {
   }
 }
 
-/// Constants for the higher derivatives that the rows contain and do not determine. Any will do, so 0; but
-/// where the rows are not linear in the higher derivatives, 0 may be so far from what they are that no start
-/// is found, or none exists: then what they are at the point that the caller gave.
+/// Constants for the higher derivatives that the rows contain but do not determine. Any value is valid, so 0.
+/// If the rows are nonlinear in the higher derivatives, 0 may admit no start, or be too far from one; then
+/// the values at the given point are used.
 Substitution constants_for_open(const ArrayAt& a, const ArraySelection& s, bool given) {
   std::vector<Expr> rows, higher;
   for (Index i : s.rows) rows.push_back(a.array.rows()[i]);
@@ -253,16 +252,16 @@ Substitution constants_for_open(const ArrayAt& a, const ArraySelection& s, bool 
   return linear ? zeros : values;
 }
 
-/// x_dot, x_ddot …, printed x′, x″, for derivatives that become algebraic variables; constants for
-/// those that nothing determines.
+/// Replacements of derivatives that become algebraic variables by x_dot, x_ddot …, printed x′, x″, and of
+/// undetermined ones by constants.
 struct Replacement {
   Substitution by;
   std::vector<Expr> made;
-  std::vector<Expr> slopes;  ///< x′ of states that become x_dot, too: x′ = x_dot joins the equations
+  std::vector<Expr> slopes;  ///< x′ of states that become x_dot as well; x′ = x_dot joins the equations
 };
 
-/// x′ of states stay as they are where one row x′ = f contains them. Elsewhere z would follow from x′ as a
-/// method has it, with errors of the tolerance divided by the step.
+/// The x′ of states to be replaced by unknowns: all except those that occur only in a row x′ = f. Otherwise z
+/// would follow from the x′ of the method, whose errors are the tolerance divided by the step.
 std::vector<Expr> slopes_of_states(const ArrayAt& a, const ArraySelection& s, const Model& m) {
   std::unordered_map<Expr, std::size_t> solved_in;
   for (const Solved& row : solved_rows(m)) solved_in[row.derivative] = row.residual;

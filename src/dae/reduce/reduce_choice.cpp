@@ -1,4 +1,4 @@
-// reduce(form): the list of forms, and the choice where none is named.
+// reduce(form): the table of forms, and the choice if none is named.
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/index/differentiation_index.hpp"
@@ -25,14 +25,14 @@ const Form forms[] = {
     {"array", [](const ModelPtr& m, const ReduceOptions& o) { return reduce_array(m, o); }},
 };
 
-/// The same model with one more line of its derivation.
+/// The model with an additional line of its derivation.
 ModelPtr with_line(const ModelPtr& model, const std::string& line) {
   auto copy = std::make_shared<Model>(*model);
   copy->trace.push_back(line);
   return copy;
 }
 
-/// The same number of free initial values as the model has: a form that lost or gained one is not equivalent.
+/// Verifies that the form has as many free initial values as the model; otherwise it is not equivalent.
 ModelPtr checked(const ModelPtr& done, const ModelPtr& model, const std::string& form) {
   const ModelPtr source = regular_form(original(model));
   if (done == model || done == source) return done;
@@ -48,7 +48,7 @@ ModelPtr checked(const ModelPtr& done, const ModelPtr& model, const std::string&
   return done;
 }
 
-/// Nothing is reduced that can be integrated as it stands.
+/// The form for simulation; models that can be integrated directly are left unchanged.
 ModelPtr best_by_structure(const ModelPtr& given) {
   const ModelPtr model = regular_form(given);
   const Analysis a = require_regular(*model);
@@ -76,7 +76,7 @@ ModelPtr best_by_structure(const ModelPtr& given) {
                  "; the projection keeps the constraints, which would drift otherwise."));
 }
 
-/// The form best suited to simulation; form "array" where the structure leads to none.
+/// The form best suited to simulation; "array" if the structure allows no other.
 ModelPtr best(const ModelPtr& given, const ReduceOptions& options) {
   try {
     return best_by_structure(given);
@@ -85,7 +85,7 @@ ModelPtr best(const ModelPtr& given, const ReduceOptions& options) {
       return with_line(
           reduce_array(given, options),
           "reduce() chose form \"array\": the structural analysis of the model leads to no other form.");
-    } catch (const Failure&) {  // the first reason is the better one
+    } catch (const Failure&) {  // the first failure explains more
     }
     throw;
   }
@@ -113,7 +113,7 @@ ModelPtr reduce(const ModelPtr& model, const std::string& form, const ReduceOpti
   try {
     if (const ModelPtr done = made()) return done;
   } catch (const Failure&) {
-    differentiation_index(*original(model));  // a better reason, where there is no index at all
+    differentiation_index(*original(model));  // gives a better reason if there is no index at all
     throw;
   }
   throw Error(text("unknown form '", form, "'.", did_you_mean(form, reduction_forms()),

@@ -1,10 +1,11 @@
 // Form "dummy": index reduction with dummy derivatives.
 //
-// Equation i is kept with all its derivatives up to order c_i. That makes Σ c_i equations too many; as many
-// derivatives x_j⁽ᵏ⁾ become algebraic variables of their own, chosen so that the Jacobian of every group of
-// differentiated equations with respect to them is regular (Mattsson & Söderlind, SIAM J. Sci. Comput. 14(3),
-// 1993): stage s takes the rows with c_i ≥ s of the system Jacobian and, among the columns of the stage
-// before, as many independent ones; of their variables the derivative of order d_j - s + 1 is a dummy.
+// Equation i is kept with all its derivatives up to order c_i. That makes Σ c_i equations too many, so
+// that as many derivatives x_j⁽ᵏ⁾ become algebraic variables. They are chosen such that the Jacobian of
+// every group of differentiated equations with respect to them is regular (Mattsson & Söderlind, SIAM J.
+// Sci. Comput. 14(3), 1993). Stage s takes the rows with c_i ≥ s of the system Jacobian and, among the
+// columns of the stage before, as many independent ones; the derivatives of order d_j - s + 1 of their
+// variables are dummies.
 #include <algorithm>
 #include <exception>
 #include <functional>
@@ -29,8 +30,8 @@ namespace {
 using Index = Eigen::Index;
 using Numbers = std::unordered_map<Expr, double>;
 
-/// Values of the slopes at a point that gives the unknowns; parameters that it does
-/// not give have those of the model.
+/// The slopes at a point that gives the unknowns and possibly parameters; other parameters have their values
+/// in the model.
 std::vector<double> slopes_at(const DummyPivoting& pivoting, const Model& m, Numbers values) {
   for (Expr leaf : leaves(pivoting.slopes)) {
     if (symbol_of(leaf).kind == Kind::constant || values.count(leaf)) continue;
@@ -48,7 +49,7 @@ std::vector<double> slopes_at(const DummyPivoting& pivoting, const Model& m, Num
 DummySelection select_dummies(const ModelPtr& m, const Numbers& point) {
   const DummyPivoting pivoting(m);
   if (!point.empty()) return pivoting.best(slopes_at(pivoting, *m, point));
-  // Where a generic point is none, sinh(10⁹ x) has no value at x = 1, the next one serves.
+  // If the slopes are undefined at the first point (sinh(10⁹ x) at x = 1), the next one is used.
   const std::function<Numbers()> points[] = {
       [&] { return pivoting.generic_point(false); }, [&] { return pivoting.generic_point(true); },
       [&] { return values_at_regular_point(*m, require_regular(*m).index); }};
@@ -93,10 +94,10 @@ Expr original_leaf(const Model& dummy, Expr leaf) {
 
 namespace {
 
-/// Every block with its derivatives; rows of a block that are differentiated differently often stand alone.
+/// Every block with its derivatives. Rows of a block that are differentiated differently are often separated.
 std::vector<Block> with_derivatives(const Model& m, const Offsets& o, std::vector<std::string>& trace,
                                     std::vector<Expr>& highest) {
-  std::vector<Block> blocks = m.blocks;  // the equations keep their numbers, derivatives follow
+  std::vector<Block> blocks = m.blocks;  // the equations keep their numbers; derivatives are appended
   std::size_t first = 0;
   for (std::size_t b = 0; b < m.blocks.size(); ++b) {
     const auto size = static_cast<std::size_t>(m.blocks[b].lhs.size());
@@ -150,7 +151,7 @@ Substitution stand_ins(const Model& m, const DummySelection& selection, std::vec
   return s;
 }
 
-/// Why these derivatives: the differentiated equations can be solved for them.
+/// Explains the choice: the differentiated equations can be solved for these derivatives.
 void tell_choice(const std::vector<Expr>& rows, const Model& m, const Offsets& o,
                  const DummySelection& selection, std::vector<std::string>& trace) {
   constexpr std::size_t largest = 3;

@@ -1,9 +1,9 @@
 // Form "minimal": dependent coordinates are solved from the constraints and substituted.
 //
-// A constraint 0 = a(q) y + r(q), linear in a coordinate y, gives y = φ(q) = -r/a wherever a ≠ 0. Then
-// y′ = φ′, y″ = φ″ by total derivatives, the constraint has gone, and so have its hidden conditions. One that
-// is quadratic in every coordinate, 0 = a y² + b y + r, gives y = (-b ± √(b² - 4 a r))/(2 a); the sign is
-// that of a start, and holds where the argument of the root is positive.
+// A constraint 0 = a(q) y + r(q), linear in a coordinate y, gives y = φ(q) = -r/a wherever a ≠ 0, and total
+// derivatives give y′ = φ′, y″ = φ″. The constraint and its hidden conditions disappear. A constraint that is
+// quadratic in every coordinate, 0 = a y² + b y + r, gives y = (-b ± √(b² - 4 a r))/(2 a) with the sign of a
+// start, valid while the radicand is positive.
 #include <algorithm>
 #include <cmath>
 
@@ -42,7 +42,7 @@ bool has_unknown(Expr e) {
 double strength_at(Expr slope, const Model& m, const std::unordered_map<Expr, double>& at) {
   auto point = random_point({&slope, 1}, 0);
   for (auto& [leaf, value] : point) {
-    if (symbol_of(leaf).kind == Kind::time) value = 0;  // where integrations begin
+    if (symbol_of(leaf).kind == Kind::time) value = 0;  // at the usual start of an integration
     if (const auto it = m.values.find(leaf); it != m.values.end())
       value = pendula::evaluate({&it->second, 1}, {})[0];
     if (const auto it = at.find(leaf); it != at.end()) value = it->second;
@@ -62,7 +62,7 @@ class Dependents {
 
   void add(const Constraint& c) {
     const Expr e = simplify(substitute(c.residual, derivatives()));
-    if (e.is_zero() || generic::is_zero(e)) return;  // the derivative of one that was solved before
+    if (e.is_zero() || generic::is_zero(e)) return;  // a derivative of a constraint that was solved before
     const auto best = choose(e);
     if (!best) return add_root(c, e);
     const Expr rest = substitute(e, {{best->leaf, Expr(0)}});
@@ -114,7 +114,7 @@ class Dependents {
       if (next.strength == 0) continue;
       const bool better = !best || (next.safe && !best->safe) ||
                           (next.safe == best->safe && next.strength >= best->strength * (1 - 1e-12));
-      if (better) best = next;  // of equals the last: the first coordinates stay
+      if (better) best = next;  // the last of equally good ones, so that the first coordinates stay
     }
     return best;
   }
@@ -127,7 +127,7 @@ class Dependents {
   /// 0 = a y² + b y + r in one coordinate.
   struct Quadratic {
     Expr leaf, a, b, r;
-    double slope;  ///< ∂e/∂y = 2 a y + b at the start: its sign is that of the root
+    double slope;  ///< ∂e/∂y = 2 a y + b at the start, with the sign of the root
   };
 
   std::vector<Quadratic> quadratics(Expr e) const {
@@ -147,7 +147,7 @@ class Dependents {
     return list;
   }
 
-  /// At the start; NaN where something has no value there.
+  /// The value at the start; NaN if it is undefined.
   double signed_at(Expr e) const {
     std::unordered_map<Expr, double> point;
     for (Expr leaf : leaves({&e, 1})) {
@@ -185,7 +185,7 @@ class Dependents {
     const Expr two_a = simplify(2 * best->a), D = simplify(best->b * best->b - 4 * best->a * best->r);
     const mpq_class* number = exact_value(two_a);
     const Expr inside =
-        number && *number != 0 ? simplify(D / (two_a * two_a)) : D;  // √(L² - x²), not √(4 L² - …)/2
+        number && *number != 0 ? simplify(D / (two_a * two_a)) : D;  // √(L² - x²) instead of √(4 L² - …)/2
     const bool flip = number && *number < 0;
     const bool plus = (best->slope > 0) != flip;
     const Expr root = plus ? pendula::sqrt(inside) : -pendula::sqrt(inside);
@@ -209,7 +209,7 @@ class Dependents {
     tell_derivatives(best->leaf, phi);
   }
 
-  /// What y = φ says of y′ and y″.
+  /// Reports the consequences of y = φ for y′ and y″.
   void tell_derivatives(Expr leaf, Expr phi) {
     constexpr int widest = 120;
     const Substitution own = with_derivatives(leaf, phi);
@@ -234,7 +234,7 @@ class Dependents {
   const std::unordered_map<Expr, double>& at_;
 };
 
-/// The equations that remain, with everything substituted; rows that say nothing any more are left out.
+/// The remaining equations after all substitutions, without rows that have become trivial.
 std::vector<Block> remaining(const Model& m, const std::vector<Chain>& removed, const Dependents& d) {
   const Substitution dependent = d.derivatives();
   const Substitution known = kinematics(m);
@@ -255,10 +255,10 @@ std::vector<Block> remaining(const Model& m, const std::vector<Chain>& removed, 
           return dependent.count(leaf) > 0 && (!derivative || symbol_of(leaf).order > 0);
         });
       };
-      // y′ = v_y of a dependent y; x′ = u of a dependent u stays, although it is known
+      // drops y′ = v_y of a dependent y, but keeps x′ = u of a dependent u
       if (contains(true) && generic::is_zero(substitute(substitute(l - e, known), dependent))) continue;
       const Expr shown = simplify(l), of = simplify(e);
-      if (contains(false) && shown == of) continue;  // a constraint that another one contained
+      if (contains(false) && shown == of) continue;  // a constraint that is contained in another one
       left.push_back(shown);
       right.push_back(of);
       kept.push_back(how[r]);
@@ -290,7 +290,7 @@ ModelPtr eliminated(const ModelPtr& m) {
     done->form = "minimal";
     return done;
   } catch (const Error&) {
-    return m;  // nonlinear in its multipliers: index 1 is as far as it goes
+    return m;  // nonlinear in its multipliers: stays at index 1
   }
 }
 
@@ -314,7 +314,7 @@ ModelPtr reduce_minimal(const ModelPtr& model, const ReduceOptions& request) {
   move_invariants(options, dependent);
   for (SingularityCondition& n : options.singularity_conditions) n.factor = simplify(n.factor);
   for (const auto& [leaf, meaning] : dependent) options.relations[leaf] = meaning;
-  options.mechanics.reset();  // T, V, q are those of the larger set of coordinates
+  options.mechanics.reset();  // T, V, q refer to the larger set of coordinates
   options.u = source->inputs;
   std::vector<Expr> gone, kept;
   for (const auto& [leaf, phi] : d.solved) gone.push_back(leaf);

@@ -24,12 +24,12 @@
 namespace pendula::dae {
 namespace {
 
-/// Simplified if it is short enough to be read; long ones would cost more than the rest of the reduction.
+/// Simplified if it is short enough to read; for long expressions that would dominate the reduction.
 Expr readable(Expr e) { return is_short(e, 60) ? one_fraction(simplify(e)) : e; }
 
 using Index = Eigen::Index;
 
-/// A coefficient that is zero for the parameter values at hand must not be divided by: a mass of 0.
+/// Does a coefficient vanish at the parameter values, like a mass of 0, so that it must not be a divisor?
 bool vanishes(Expr slope, const Model& m) {
   std::unordered_map<Expr, double> values;
   for (Expr leaf : leaves({&slope, 1})) {
@@ -41,7 +41,7 @@ bool vanishes(Expr slope, const Model& m) {
   return pendula::evaluate({&slope, 1}, values)[0] == 0;
 }
 
-/// Elimination of everything that stands at the top of an index-1 model.
+/// Eliminates all top derivatives and algebraic variables of an index-1 model.
 class Elimination {
  public:
   explicit Elimination(const Model& low) : m_(low) {
@@ -59,12 +59,12 @@ class Elimination {
   std::vector<Entry> A;
   VecX b;
   bool definite = false;          ///< A needs no pivoting
-  bool by_mass_matrix = false;    ///< w by the mass matrix first, where no pivot is small
+  bool by_mass_matrix = false;    ///< w by the mass matrix first, if no pivot is small
   bool expanded = false;          ///< A consists of numbers, and w is written out
   std::vector<std::size_t> rows;  ///< residuals that make the system
 
  private:
-  /// x′ = f(x, z): a row of its own, a constant coefficient that does not vanish.
+  /// Takes rows that are solved for x′ = f(x, z), each with a nonvanishing constant coefficient.
   void take_explicit_rows() {
     std::unordered_set<std::size_t> used;
     for (const Solved& row : solved_rows(m_)) {
@@ -99,14 +99,14 @@ class Elimination {
     solved.insert(values.begin(), values.end());
   }
 
-  /// Numbers that can be divided by here and now: x₁′ = x₁/2 and not (A⁻¹b)₁.
+  /// A short matrix of rationals, which is inverted immediately: x₁′ = x₁/2 instead of (A⁻¹b)₁.
   bool is_short_and_rational(Index n) const {
     constexpr Index readable_system = 6;
     return n <= readable_system &&
            std::all_of(A.begin(), A.end(), [](const Entry& e) { return exact_value(e.value) != nullptr; });
   }
 
-  /// A few unknowns with short coefficients, or a short chain of them: a formula is what a reader expects.
+  /// A few unknowns with short coefficients, or a short chain of them, for which a reader expects a formula.
   bool is_small(Index n) const {
     constexpr Index few = 3, short_chain = 6;
     const bool chain = n <= short_chain && A.size() <= 3 * static_cast<std::size_t>(n);
@@ -114,8 +114,8 @@ class Elimination {
            std::all_of(A.begin(), A.end(), [](const Entry& e) { return is_short(e.value, 60); });
   }
 
-  /// Written out if it stays readable. A matrix that changes along a solution has to be definite, as mass
-  /// matrices and Cq W⁻¹ Cqᵀ are: any other keeps its pivots.
+  /// The solution written out if it stays readable. A matrix that varies along a solution must be definite,
+  /// like mass matrices and Cq W⁻¹ Cqᵀ; any other needs pivoting.
   VecX written_solution(Index n) {
     constexpr int widest = 400;
     const bool moving = std::any_of(A.begin(), A.end(), [](const Entry& e) { return varies(e.value); });
@@ -128,7 +128,8 @@ class Elimination {
     return expanded ? w : numeric_solution();
   }
 
-  /// By numbers at every evaluation. The multipliers of a mechanism stand behind its accelerations.
+  /// A solution that is computed numerically at every evaluation. The multipliers of a mechanism
+  /// follow its accelerations.
   VecX numeric_solution() {
     constexpr int worth_it = 4;
     if (!definite && b.size() >= worth_it) {
@@ -228,8 +229,7 @@ std::vector<std::string> eliminated_variables(const Model& low, const Substituti
   return lines;
 }
 
-/// Whether every row is x′ = f as it is written, or stands with a factor that may
-/// pass 0 and is not divided by.
+/// Is every row already x′ = f, or with a factor of x′ that may pass through 0 and is not a divisor?
 bool is_solved(const Model& m) {
   const auto slopes = top_jacobian(m);
   if (std::any_of(slopes.begin(), slopes.end(), [](const Entry& e) { return varies(e.value); })) return true;

@@ -43,7 +43,7 @@ bool independent(const Projection& p) {
   return generic_rank(p.jacobian, rows, static_cast<int>(p.unknowns.size())).rank == rows;
 }
 
-/// Mechanisms: all coordinates (velocities) move, in the norm of the mass matrix.
+/// For mechanisms, all coordinates (velocities) are corrected, in the norm of the mass matrix.
 void weigh(Projection& p, const Model& m) {
   if (!m.mechanics || p.unknowns.empty()) return;
   const VecX& q = m.mechanics->q;
@@ -65,7 +65,7 @@ void weigh(Projection& p, const Model& m) {
   }
 }
 
-/// The units of all leaves, as far as the equations tell them; 1 where all are near 1.
+/// The units of all leaves as derived from the equations; 1 if all are near 1.
 std::unordered_map<Expr, double> units(const Model& m) {
   if (m.residuals.size() > NumericArray::most_measured) return {};
   const NumericArray equations(DerivativeArray(residuals_at_values(m), m.variables));
@@ -75,7 +75,7 @@ std::unordered_map<Expr, double> units(const Model& m) {
   return size;
 }
 
-/// What is least must not depend on units: every state is measured in its own.
+/// Makes the minimal correction independent of units by measuring every state in its own.
 void weigh_by_units(Projection& p, const std::unordered_map<Expr, double>& size) {
   std::vector<double> unit;
   for (Expr x : p.unknowns) unit.push_back(size.count(x) ? size.at(x) : 1);
@@ -84,8 +84,8 @@ void weigh_by_units(Projection& p, const std::unordered_map<Expr, double>& size)
     p.weight.push_back({static_cast<int>(j), static_cast<int>(j), Expr(1 / (unit[j] * unit[j]))});
 }
 
-/// One stage for every order of differentiation, each moving states that no stage before it moved; all at
-/// once where that is not possible.
+/// One stage per order of differentiation, each correcting states that no earlier stage has corrected; a
+/// single stage if that is impossible.
 std::vector<Projection> stages(const Model& m) {
   std::vector<Projection> list;
   std::unordered_set<Expr> moved;
@@ -125,7 +125,7 @@ Mat weights(const Projection& p, const std::unordered_map<Expr, double>& values)
   return W;
 }
 
-/// The least step with G + J dx = 0: [W Jᵀ; J 0] [dx; λ] = [0; -G].
+/// The minimal step with G + J dx = 0: [W Jᵀ; J 0] [dx; λ] = [0; -G].
 Vec least_step(const Projection& p, const std::unordered_map<Expr, double>& values, const Vec& G) {
   const auto n = static_cast<Index>(p.unknowns.size()), m = static_cast<Index>(p.residuals.size());
   Mat K = Mat::Zero(n + m, n + m);
@@ -198,7 +198,8 @@ double project(const Model& model, std::unordered_map<Expr, double>& values) {
       }
       const double move = step.size() ? step.cwiseAbs().maxCoeff() : 0;
       largest = std::max(largest, move);
-      const double rounding = k < 4 ? 1e-14 : 1e-11;  // badly scaled constraints stay at their own rounding
+      // corrections of badly scaled constraints stay at the level of their rounding errors
+      const double rounding = k < 4 ? 1e-14 : 1e-11;
       done = move <= rounding * (1 + size);
     }
     if (!done)

@@ -36,7 +36,7 @@ Expr power_of_ten(int exponent) {
 // ── ggl
 // ──────────────────────────────────────────────────────────────────────────────────────────────────────
 
-/// Where the row q′ = f of every position stands.
+/// The index of the row q′ = f for every position.
 struct Kinematic {
   std::size_t residual;
   Expr f;
@@ -50,7 +50,8 @@ std::unordered_map<Expr, Kinematic> kinematic_rows(const Model& m) {
   return rows;
 }
 
-/// The constraints that are differentiated twice. Throws Error if there is none, or one more often.
+/// The constraints that are differentiated twice. Throws Error if there are none, or if one is
+/// differentiated more often.
 std::vector<Chain> position_constraints(const Model& first, const Model& low) {
   std::vector<Chain> positions;
   for (const Chain& chain : chains(first, low)) {
@@ -68,8 +69,9 @@ std::vector<Chain> position_constraints(const Model& first, const Model& low) {
   return positions;
 }
 
-/// The units of positions and constraints, where they are far from 1, as powers of ten: without them a
-/// multiplier acts on q′ of 10⁸ with a gradient of 10⁻¹⁸, and its column of the iteration matrix is rounding.
+/// The units of positions and constraints as powers of ten, if they are far from 1. Otherwise a
+/// multiplier may act on a q′ of size 10⁸ with a gradient of 10⁻¹⁸, and its column of the iteration
+/// matrix is lost to rounding.
 class MultiplierUnits {
  public:
   MultiplierUnits(const Model& first, const std::vector<Chain>& positions) {
@@ -83,7 +85,7 @@ class MultiplierUnits {
       constraint_.push_back(decades(numeric.row_unit()[first.residuals.size() + k]));
   }
 
-  /// (∂C_k/∂q)ᵀ μ_k in these units: μ_k has none.
+  /// (∂C_k/∂q)ᵀ μ_k with a dimensionless μ_k.
   Expr factor(Expr q, std::size_t k) const { return power_of_ten(2 * position_.at(q) - constraint_[k]); }
 
  private:
@@ -92,7 +94,7 @@ class MultiplierUnits {
   std::vector<int> constraint_;
 };
 
-/// q′ = f - (∂C/∂q)ᵀ μ in the rows of the positions; true where units had to be taken into account.
+/// Writes q′ = f - (∂C/∂q)ᵀ μ into the rows of the positions; returns true if units were needed.
 bool add_multipliers(std::vector<Block>& blocks, const Model& first, const std::vector<Chain>& positions,
                      const std::vector<Expr>& mu) {
   const auto rows = kinematic_rows(first);
@@ -121,7 +123,7 @@ bool add_multipliers(std::vector<Block>& blocks, const Model& first, const std::
   return scaled;
 }
 
-/// Cq Cqᵀ, which has to be regular, and its entries where they are short.
+/// Describes Cq Cqᵀ, which has to be regular; shows its entries if they are short.
 std::string gram_matrix(const std::vector<Chain>& positions) {
   constexpr std::size_t most = 3;
   constexpr int widest = 60;
@@ -208,16 +210,16 @@ namespace {
 
 struct Gains {
   Expr alpha, beta;
-  bool chosen;     ///< by us
-  Expr time = {};  ///< then, of the model, if it is far from 1
+  bool chosen;     ///< chosen automatically
+  Expr time = {};  ///< in that case: the time scale of the model, if far from 1
 };
 
 bool contains(const std::vector<Expr>& list, Expr e) {
   return std::find(list.begin(), list.end(), e) != list.end();
 }
 
-/// x x″ + x′² for the unknowns of the constraints, x′ by its name v if it has one: sums whose terms are alike
-/// in size tell that of speeds, about which x′ = v and v′ = g say nothing.
+/// x x″ + x′² for the unknowns of the constraints, with the name v of x′ if it has one. Balancing these terms
+/// gives the size of speeds, which x′ = v and v′ = g alone do not determine.
 std::vector<Expr> rows_about_speeds(const Model& m, const std::vector<Expr>& constrained) {
   const Substitution known = kinematics(m);
   std::unordered_map<Expr, int> order;
@@ -235,8 +237,7 @@ std::vector<Expr> rows_about_speeds(const Model& m, const std::vector<Expr>& con
   return rows;
 }
 
-/// 10ᵏ units of time, in which the constrained unknowns change by their own size; 1
-/// where all sizes are near 1.
+/// The time scale 10ᵏ on which the constrained unknowns change by their own size; 1 if all sizes are near 1.
 Expr own_time(const Model& m, const std::vector<Chain>& list) {
   std::vector<Expr> rows = residuals_at_values(m), C, columns;
   for (const Chain& chain : list) C.push_back(chain.below[0].residual);
@@ -249,7 +250,7 @@ Expr own_time(const Model& m, const std::vector<Chain>& list) {
   for (Expr leaf : leaves(rows))
     if (symbol_of(leaf).kind == Kind::variable) columns.push_back(leaf);
   const NumericArray numeric(rows, columns);
-  std::unordered_map<Expr, double> size;  // its logarithm to the base 10
+  std::unordered_map<Expr, double> size;  // logarithm to base 10
   for (std::size_t j = 0; j < columns.size(); ++j) size[columns[j]] = std::log10(numeric.unit()[j]);
   std::vector<double> decades;
   for (Expr x : constrained)
@@ -262,7 +263,7 @@ Expr own_time(const Model& m, const std::vector<Chain>& list) {
 }
 
 Gains gains(const ReduceOptions& options, const Model& m, const std::vector<Chain>& list) {
-  constexpr int usual = 10;  // a violation has decayed after about half a unit of the model's time
+  constexpr int usual = 10;  // a violation decays within about half a unit of the model's time
   const bool chosen = !options.alpha && !options.beta;
   const Expr time = chosen ? own_time(m, list) : Expr(1);
   const Expr alpha = options.alpha.value_or(options.beta.value_or(Expr(usual) / time));

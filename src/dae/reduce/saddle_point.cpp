@@ -11,7 +11,7 @@
 namespace pendula::dae {
 namespace {
 
-/// The entries of [M B; C D] in numbers of a large field.
+/// The entries of [M B; C D] as residues modulo a large prime.
 class Numbers {
  public:
   Numbers(const std::vector<Entry>& A, int first) : first_(first) {
@@ -21,7 +21,7 @@ class Numbers {
     for (std::size_t k = 0; k < A.size(); ++k) at_[{A[k].row, A[k].column}] = numbers[k];
   }
 
-  /// A row below M is the column of its multiplier times this, left of D; 0: neither.
+  /// The sign with which row i equals column i, left of D; 0 if neither does.
   int sign_of_row(int i) const {
     int sign = 0;
     for (int j = 0; j < first_; ++j) {
@@ -46,11 +46,11 @@ class Numbers {
   std::map<std::pair<int, int>, generic::Residue> at_;
 };
 
-/// 1 or -1 for every row, with which A is symmetric, M positive definite and the
-/// diagonal of D negative; else nothing.
+/// Signs of the rows with which A is symmetric, M positive definite and the diagonal of D negative; empty if
+/// there are none.
 std::optional<std::vector<int>> signs_of_rows(const std::vector<Entry>& A, int n, int first,
                                               const std::unordered_map<Expr, double>& parameters) {
-  // M - δ diag M is definite: every pivot of M is more than δ of the diagonal.
+  // If M - δ diag M is definite, every pivot of M exceeds δ times its diagonal entry.
   const Expr rest = Expr(1) - Expr(1) / Expr(1000);
   std::vector<Entry> M;
   for (const Entry& e : A)
@@ -71,7 +71,7 @@ std::optional<std::vector<int>> signs_of_rows(const std::vector<Entry>& A, int n
           (!numbers.are_equal(e.row, e.column, signs[e.row] * signs[e.column]) ||
            (e.row == e.column && definite_sign(1, {{0, 0, Expr(signs[e.row]) * e.value}}, parameters) >= 0)))
         return std::nullopt;
-  } catch (const Error&) {  // divides by what vanishes everywhere
+  } catch (const Error&) {  // a divisor that vanishes identically
     return std::nullopt;
   }
   return signs;

@@ -14,12 +14,12 @@
 namespace pendula::dae {
 namespace {
 
-using Remainder = generic::Residue;  // with operators; those of dae/rank are plain numbers
+using Remainder = generic::Residue;  // with operators; the residues of dae/rank are plain numbers
 
-constexpr std::size_t most_products = 240;  // μ Cⱼ with a monomial μ
+constexpr std::size_t most_products = 240;  // products μ Cⱼ with a monomial μ
 constexpr int highest_degree = 3;
 
-/// Everything that a polynomial cannot look into.
+/// The maximal subexpressions that are not polynomial operations.
 std::vector<Expr> generators(const std::vector<Expr>& expressions) {
   std::unordered_set<Expr> inside(expressions.begin(), expressions.end());
   const std::vector<Expr> order = topological(expressions);
@@ -52,13 +52,13 @@ Monomials next_degree(const Monomials& before, const std::vector<Expr>& generato
   return next;
 }
 
-/// Values of functions at the sampled points, and the combination of given functions that they are.
+/// Values of a function at the sampled points, with its representation by the given functions.
 struct Sampled {
   std::vector<Remainder> values;
   std::map<std::size_t, Remainder> combination;
 };
 
-/// Independent functions, in echelon form.
+/// A basis of functions in echelon form.
 class Span {
  public:
   void reduce(Sampled& f) const {
@@ -83,9 +83,10 @@ bool is_null(const Sampled& f) {
   return std::all_of(f.values.begin(), f.values.end(), [](Remainder r) { return r.is_zero(); });
 }
 
-/// c as a combination of these functions, by their numbers; empty where it is none. c = 0 is not asked.
+/// c as a combination of these functions, by their numbers; empty if there is none. Requires c ≠ 0.
 std::map<std::size_t, mpq_class> combination(const std::vector<Expr>& functions, Expr c) {
-  constexpr std::size_t more = 8;  // points than functions: each makes a false zero 2⁶⁰ times less likely
+  // points beyond the number of functions; each makes a false zero 2⁶⁰ times less likely
+  constexpr std::size_t more = 8;
   std::vector<Expr> outputs = functions;
   outputs.push_back(c);
   std::vector<Sampled> sampled(outputs.size());

@@ -22,7 +22,7 @@
 namespace pendula::dae {
 namespace {
 
-/// Which entries vanish at two points modulo a prime: cheap, and confirmed by the caller.
+/// Entries that vanish at two points modulo a prime; a cheap test, to be confirmed by the caller.
 std::vector<std::size_t> suspected_zeros(const std::vector<Entry>& entries) {
   std::vector<Expr> values;
   for (const Entry& e : entries) values.push_back(e.value);
@@ -44,11 +44,11 @@ bool has_unknown(Expr e, const std::vector<Expr>& variables) {
   return false;
 }
 
-/// e, which does not depend on the leaf, at the first value of it where e is defined: 0, else near 0.
+/// e, which does not depend on the leaf, without it: at the first value for which e is defined, 0 or near 0.
 Expr without_leaf(Expr e, Expr leaf) {
   for (const Expr value : {Expr(0), Expr(1), Expr(0x1p-20), Expr(0x1p-60)}) try {
       return substitute(e, {{leaf, value}});
-    } catch (const Error&) {  // a quotient that is undefined at 0, an exponential that overflows at 1
+    } catch (const Error&) {  // a quotient undefined at 0, or an exponential that overflows at 1
     }
   return substitute(e, {{leaf, Expr(0x1p-300)}});
 }
@@ -109,7 +109,7 @@ Step replace_equation(Equations& e, std::size_t i, Expr residual, const std::str
     return Step::dependent;
   }
   log.push_back(text(how, ":  0 = ", to_text(residual), "   replaces ", e.labels[i]));
-  if (std::string& label = e.labels[i]; !label.ends_with("*)")) {  // another equation needs another name
+  if (std::string& label = e.labels[i]; !label.ends_with("*)")) {  // the new equation needs a name of its own
     label.insert(label.size() - 1, "*");
     log.back() += " as " + label;
   }
@@ -133,7 +133,7 @@ Step drop_cancelled(Equations& e, const Structure& s, std::vector<std::string>& 
   return step;
 }
 
-/// Σ u_r F_r^(c_r - c_i) in the place of equation i, the last of the combination.
+/// Replaces equation i, the last of the combination, by Σ u_r F_r^(c_r - c_i).
 static Step replace_by_combination(Equations& e, const Equations& before, std::size_t i,
                                    std::map<int, mpq_class> combination, const std::vector<int>& c,
                                    std::vector<std::string>& log) {
@@ -169,7 +169,8 @@ Step eliminate_constant_rows(Equations& e, const Structure& s, std::vector<std::
       rows[i].combination[i] = 1;
       order.push_back(i);
     }
-  const auto& c = s.offsets.c;  // the last row of a combination has the least offset: it may be replaced
+  // the last row of a combination has the least offset and may therefore be replaced
+  const auto& c = s.offsets.c;
   std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return c[a] > c[b]; });
   TrackedElimination elimination;
   const Equations before = e;
@@ -203,7 +204,7 @@ std::int64_t power(std::int64_t base, std::int64_t exponent) {
   return result;
 }
 
-/// The fraction of numbers up to a million, by Euclid's algorithm.
+/// Reconstructs a fraction with numbers up to a million from a residue, by Euclid's algorithm.
 std::optional<mpq_class> fraction_of(std::int64_t residue) {
   constexpr std::int64_t bound = 1'000'000;
   std::int64_t r0 = prime, r1 = residue, t0 = 0, t1 = 1;
@@ -236,7 +237,8 @@ std::optional<mpq_class> rational_of(Residue residue) {
 
 namespace {
 
-/// Rows of J at several points side by side, the row combinations kept: what is left of a row that vanishes.
+/// A constant left null vector of J: eliminates the rows at several points simultaneously, recording the
+/// combinations, until a row vanishes.
 std::optional<std::map<int, mpq_class>> constant_null_vector(const Structure& s,
                                                              const std::vector<int>& order) {
   constexpr int points = 3;
@@ -283,7 +285,7 @@ Step eliminate_by_constants(Equations& e, const Structure& s, std::vector<std::s
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return c[a] > c[b]; });
   const auto combination = constant_null_vector(s, order);
   if (!combination || !cancels(s, *combination)) return Step::nothing;
-  int last = -1;  // in this order: it has the least offset, so it may be replaced
+  int last = -1;  // the last in this order has the least offset and may therefore be replaced
   for (int i : order)
     if (combination->count(i)) last = i;
   const Equations before = e;

@@ -30,7 +30,7 @@ std::vector<Expr> new_unknowns(std::unordered_set<std::string> used, const std::
                                    : symbol_vector(Kind::variable, fresh, static_cast<int>(count)));
 }
 
-/// Σ (∂c/∂qⱼ)² (qⱼ² + sⱼ²): the square of the size of a constraint's terms, at any position and parameters.
+/// Σ (∂c/∂qⱼ)² (qⱼ² + sⱼ²): the squared size of a constraint's terms at any position and parameters.
 Expr squared_size(Expr c, const std::unordered_map<Expr, double>& sizes) {
   Expr sum(0);
   for (Expr leaf : leaves({&c, 1}))
@@ -58,7 +58,7 @@ std::vector<double> force_weights(const VecX& q, const std::unordered_map<Expr, 
 void add_least_norm(const LeastNorm& least, const std::string& note,
                     const std::unordered_set<std::string>& used, std::vector<Block>& blocks,
                     ModelOptions& options) {
-  constexpr double failing = 1e-3;  // of the terms of a constraint that the others should imply
+  constexpr double failing = 1e-3;  // relative to the terms of a constraint that the others should imply
   const std::vector<Expr> y = new_unknowns(used, "independent", least.columns.size());
   const std::vector<Expr> excess =
       new_unknowns(used, "excess", static_cast<std::size_t>(least.left_out.size()));
@@ -74,7 +74,7 @@ void add_least_norm(const LeastNorm& least, const std::string& note,
   blocks.push_back({column(excess), least.left_out, "follows from the others: 0"});
   for (std::size_t k = 0; k < excess.size(); ++k) {
     options.start_values.push_back({excess[k], Expr(0)});
-    // behind a position where the chosen constraints depend on each other, they allow what the others do not
+    // beyond a position at which the chosen constraints are dependent they no longer imply the others
     const Expr size = squared_size(least.left_out[k], least.sizes);
     options.events.push_back({excess[k] * excess[k] - Expr(failing * failing) * size, 1, true, {}});
   }
@@ -85,7 +85,7 @@ void add_least_norm(const LeastNorm& least, const std::string& note,
 
 namespace {
 
-/// Constraints, what they restrict, and the equations with their forces.
+/// Constraints, the states that they restrict, and the equations that contain their forces.
 struct Parts {
   std::vector<Expr> C, q, z;
   std::vector<std::string> labels;  ///< of C
@@ -93,7 +93,7 @@ struct Parts {
   std::vector<Entry> B;             ///< ∂others/∂z
 };
 
-/// Rows between states only are constraints; unknowns z without derivative that enter the others.
+/// Rows that contain states only are constraints. The unknowns z without derivative enter the other rows.
 Parts parts_of(const Model& m) {
   const std::vector<Expr> states = m.states(), z = m.algebraic();
   const std::unordered_set<Expr> is_state(states.begin(), states.end());
@@ -149,9 +149,9 @@ Parts parts_of_mechanism(const Model& m) {
                      " nearby: it is singular, and no constraint is redundant; give another one"));
 }
 
-/// Columns of B that are independent, at values of its leaves that satisfy the constraints or are drawn:
-/// those of the constraints that are kept where z are as many and in their order, as in B = (∂C/∂q)ᵀ. Then
-/// both become dependent at the same positions.
+/// Independent columns of B, evaluated at the given point or at random values. If z and constraints
+/// correspond in number and order, as for B = (∂C/∂q)ᵀ, the columns of the kept constraints are taken, so
+/// that both become dependent at the same positions.
 std::vector<int> independent_columns(const Parts& p, const ParameterValues& values,
                                      const std::unordered_map<Expr, double>& at,
                                      const std::vector<int>& kept) {
@@ -176,7 +176,7 @@ std::vector<int> independent_columns(const Parts& p, const ParameterValues& valu
   return columns;
 }
 
-/// The equations that are no constraints, and what the model says about their unknowns.
+/// The equations that are not constraints, with the options of the model for their unknowns.
 ModelOptions without_constraints(const Model& m, const Parts& p, std::vector<Block>& blocks,
                                  std::unordered_set<std::string>& used) {
   std::unordered_set<Expr> known;

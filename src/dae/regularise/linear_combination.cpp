@@ -13,7 +13,7 @@
 namespace pendula::dae {
 namespace {
 
-/// "+ x y (1)", "- (2)"; a sum as multiplier in parentheses.
+/// The multiplier and label of a term: "+ x y (1)", "- (2)"; sums as multipliers in parentheses.
 std::string factor_text(Expr u, const std::string& label, bool first) {
   std::string size = to_text(u);
   const bool negative = size.starts_with("-") && size.find_first_of("+-", 1) == std::string::npos;
@@ -55,7 +55,7 @@ Step convert_by_combination(Equations& e, const Structure& s, std::vector<std::s
   int times = 0;
   std::vector<std::size_t> terms(rows.size());
   std::iota(terms.begin(), terms.end(), std::size_t{0});
-  std::swap(terms[0], terms[replaced]);  // "(2) - x (1)" reads as what is done to (2)
+  std::swap(terms[0], terms[replaced]);  // "(2) - x (1)": the replaced equation comes first
   for (std::size_t k : terms) {
     const int i = rows[k];
     sum += best->u[k] * total_derivative(e.residuals[i], c[i] - least);

@@ -19,10 +19,11 @@ namespace {
 
 using Index = Eigen::Index;
 
-constexpr double ratio_denominators = 5040;  // constant ratios p/q that are recognised: q divides 7!
-constexpr double longest_entry = 60;         // operations in an entry of J that null vectors are formed of
+constexpr double ratio_denominators = 5040;  // constant ratios p/q are recognised if q divides 7!
+// operations of an entry of J up to which null vectors are formed from it
+constexpr double longest_entry = 60;
 
-/// The rows of a set, renumbered.
+/// The rows of a set, with new numbers.
 std::vector<Entry> rows_of(const std::vector<Entry>& entries, const std::vector<int>& rows) {
   std::vector<Entry> part;
   for (const Entry& e : entries)
@@ -36,7 +37,7 @@ bool dependent(const std::vector<Entry>& entries, const std::vector<int>& rows, 
   return generic_rank(rows_of(entries, rows), n, columns).rank < n;
 }
 
-/// Every denominator in e that is not a number.
+/// Every non-constant denominator in e.
 std::vector<Expr> denominators(Expr e) {
   std::vector<Expr> found;
   for (Expr node : topological({&e, 1})) {
@@ -58,11 +59,11 @@ std::vector<int> circuit(const std::vector<Entry>& entries, int n) {
   std::vector<int> set(n);
   std::iota(set.begin(), set.end(), 0);
   const auto all = modular_rank(entries, n, n);
-  if (!all.dependent_rows.empty()) {  // pivots and one dependent row
+  if (!all.dependent_rows.empty()) {  // keeps the pivots and one dependent row
     std::unordered_set<int> rest(all.dependent_rows.begin() + 1, all.dependent_rows.end());
     std::erase_if(set, [&](int i) { return rest.count(i) > 0; });
   }
-  for (std::size_t part = set.size() / 2; part >= 1; part /= 2)  // large pieces first
+  for (std::size_t part = set.size() / 2; part >= 1; part /= 2)  // tries to remove large pieces first
     for (std::size_t at = 0; at < set.size();) {
       poll_interrupt();
       std::vector<int> less(set.begin(), set.begin() + static_cast<std::ptrdiff_t>(at));
@@ -122,7 +123,7 @@ Scaled scaled(const VecX& u, std::size_t l) {
   for (Expr e : s.u)
     for (Expr d : denominators(e))
       if (std::find(s.nonzero.begin(), s.nonzero.end(), d) == s.nonzero.end()) s.nonzero.push_back(d);
-  if (s.nonzero.size() == 1) {  // without fractions: multiplied by the denominator where that removes them
+  if (s.nonzero.size() == 1) {  // multiplies by the denominator if that removes all fractions
     Scaled whole = s;
     for (Expr& e : whole.u) e = tidied(e * s.nonzero[0]);
     if (std::all_of(whole.u.begin(), whole.u.end(), [](Expr e) { return denominators(e).empty(); }))

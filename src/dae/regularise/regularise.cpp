@@ -14,9 +14,10 @@ namespace {
 
 constexpr int conversions_of_one_part = 30;
 
-/// Steps until the structure is regular; false if that is not reached.
+/// Converts until the structure is regular; false if that fails.
 bool make_regular(Equations& e, Structure& s, Regularised& r) {
-  const int most = conversions_of_one_part + static_cast<int>(e.residuals.size());  // pairs take one each
+  // each pair takes one conversion
+  const int most = conversions_of_one_part + static_cast<int>(e.residuals.size());
   for (int step = 0; step < most; ++step) {
     poll_interrupt();
     if (!s.matched) {
@@ -62,7 +63,7 @@ bool make_regular(Equations& e, Structure& s, Regularised& r) {
   return false;
 }
 
-/// Equations as they stand in the model, replaced rows with 0 on the left.
+/// The equations in their original form; replaced rows with 0 on the left.
 std::vector<Block> blocks_of(const Model& m, const Equations& e) {
   std::vector<Block> blocks = m.blocks;
   for (std::size_t i = 0; i < e.residuals.size(); ++i) {
@@ -84,9 +85,9 @@ std::vector<Block> blocks_of(const Model& m, const Equations& e) {
   return blocks;
 }
 
-/// How often an original equation is differentiated: c_i times, once more where that is needed
-/// for the derivative of an original unknown with d_j = 0 (its equation, and those whose
-/// leading unknowns it contains).
+/// The largest number of differentiations of an original equation: c_i, plus one if it is needed for
+/// the derivative of an original unknown with d_j = 0 (its own equation, and those of the leading
+/// unknowns it contains).
 int differentiations(const Equations& e, const Structure& s, std::size_t originals) {
   std::vector<std::vector<int>> columns(e.residuals.size());
   for (const Entry& entry : s.jacobian) columns[entry.row].push_back(entry.column);
@@ -112,7 +113,7 @@ int differentiations(const Equations& e, const Structure& s, std::size_t origina
   return most;
 }
 
-/// The equations with the values of those parameters on which the rank of the system Jacobian depends.
+/// Substitutes the values of the parameters on which the rank of the system Jacobian depends.
 bool put_in_values(const Model& m, Equations& e, const Structure& s, std::vector<std::string>& log) {
   std::vector<Expr> slopes;
   for (const Entry& entry : s.jacobian) slopes.push_back(entry.value);
@@ -137,7 +138,7 @@ std::optional<Regularised> regularise(const ModelPtr& model, std::vector<std::st
   Regularised r;
   Equations e = equations_of(*model);
   Structure s = structure_of(e);
-  if (s.regular) {  // but perhaps not for the parameter values of this model
+  if (s.regular) {  // possibly singular at the parameter values of this model only
     Equations given = e;
     std::vector<std::string> log;
     if (put_in_values(*model, given, s, log))

@@ -14,7 +14,7 @@
 namespace pendula::dae {
 namespace {
 
-/// A name w1, w2 … that no symbol of the equations has.
+/// The first name of w1, w2 … that is not in use.
 Expr fresh_unknown(const Equations& e) {
   std::unordered_set<std::string> taken;
   for (Expr leaf : leaves(e.residuals)) taken.insert(symbol_of(leaf).name);
@@ -23,7 +23,7 @@ Expr fresh_unknown(const Equations& e) {
     if (!taken.count(text("w", k))) return newly_declared({symbol(Kind::variable, text("w", k))})[0];
 }
 
-/// One substitution: the unknowns of the circuit and how they are expressed by w and the pivot x_l.
+/// The unknowns of a circuit of equations, expressed by new unknowns w and the pivot x_l.
 class SharedCombination {
  public:
   SharedCombination(const Structure& s, std::vector<int> variables, Scaled v, std::size_t l)
@@ -109,7 +109,7 @@ Step convert_by_substitution(Equations& e, const Structure& s, std::vector<std::
   for (std::size_t l = 0; l < variables.size(); ++l) {
     Scaled candidate = scaled(*v, l);
     const Expr pivot = candidate.u[l];
-    for (Expr& x : candidate.u) x = tidied(x / pivot);  // here v_l = 1 is needed, fractions or not
+    for (Expr& x : candidate.u) x = tidied(x / pivot);  // v_l = 1 is needed here, even with fractions
     if (SharedCombination(s, variables, candidate, l).allowed(e.variables) &&
         (!best || candidate.complexity() < best->first.complexity()))
       best = {candidate, l};
@@ -122,11 +122,11 @@ Step convert_by_substitution(Equations& e, const Structure& s, std::vector<std::
 
 namespace {
 
-/// Two unknowns without derivatives that some equations contain only as u_j + r u_k, r a number.
+/// Two unknowns without derivatives that occur in some equations only as u_j + r u_k with a number r.
 struct SharedPair {
   int j, k;
   Expr ratio;                     ///< r
-  std::vector<std::size_t> rows;  ///< of these equations
+  std::vector<std::size_t> rows;  ///< numbers of these equations
 };
 
 std::vector<char> algebraic_unknowns(const Structure& s, std::size_t n) {
@@ -137,7 +137,7 @@ std::vector<char> algebraic_unknowns(const Structure& s, std::size_t n) {
   return algebraic;
 }
 
-/// Pairs that at least two equations share, the most shared first.
+/// Pairs shared by at least two equations, the most frequent first.
 std::vector<SharedPair> shared_pairs(const Equations& e, const Structure& s) {
   constexpr std::size_t most_in_row = 8;
   const auto algebraic = algebraic_unknowns(s, e.variables.size());
@@ -171,7 +171,7 @@ std::vector<SharedPair> shared_pairs(const Equations& e, const Structure& s) {
   return pairs;
 }
 
-/// w = u_j + r u_k with an equation of its own, in the place of u_j in the equations that share it.
+/// Adds the equation w = u_j + r u_k and replaces u_j in the equations that share the pair.
 Expr introduce(Equations& e, const SharedPair& p, std::vector<std::string>& log) {
   const Expr w = fresh_unknown(e), u = e.variables[p.j], other = p.ratio * e.variables[p.k],
              value = tidied(u + other);

@@ -25,10 +25,10 @@ namespace {
 
 using Index = Eigen::Index;
 
-constexpr Index most_lines = 60;  // of equations; sys.equations has all of them
+constexpr Index most_lines = 60;  // of equations; sys.equations shows all
 constexpr std::size_t most_names = 30;
 
-/// ∂F/∂x′ has full rank in general, but not where the equations hold: a DAE that looks like an implicit ODE.
+/// Has ∂F/∂x′ full generic rank, but not where the equations hold? Then a DAE looks like an implicit ODE.
 bool loses_leading_rank(const Model& m) {
   if (m.kind != ModelKind::implicit_ode) return false;
   try {
@@ -86,14 +86,14 @@ std::string grouped(const std::vector<Expr>& list) {
   return join(names, ", ");
 }
 
-/// Form "array": x′ among the algebraic variables is no derivative of an x that is integrated.
+/// For form "array": a remark that x′ among the algebraic variables is not the derivative of a state.
 std::string own_derivatives(const Model& m) {
   const auto z = m.algebraic();
   const bool some = std::any_of(z.begin(), z.end(), [](Expr leaf) { return stands_for(leaf).has_value(); });
   return some ? "; the derivatives among them are unknowns of their own" : "";
 }
 
-/// A value of a parameter: a short decimal where it has one, L = 0.5 beside g = 9.81.
+/// The value of a parameter as a short decimal if there is one: L = 0.5, g = 9.81.
 std::string value_text(Expr value) {
   const mpz_class six_places = 1'000'000;
   const mpq_class* q = exact_value(value);
@@ -110,7 +110,7 @@ std::string parameter_values(const Model& m) {
   return join(words, ", ");
 }
 
-/// Every unknown is differentiated: the rank of ∂F/∂x′ decides between implicit ODE and DAE.
+/// If every unknown is differentiated, the rank of ∂F/∂x′ distinguishes implicit ODEs from DAEs.
 void leading_rank(const Model& m, Table& symbols) {
   constexpr std::size_t affordable = 300;
   const auto top = m.top_derivatives();

@@ -16,7 +16,7 @@
 namespace pendula::dae {
 namespace {
 
-/// Words that a saved model uses itself or that Lua reserves.
+/// Names that a saved model uses itself, and reserved words of Lua.
 bool reserved(const std::string& name) {
   static const std::set<std::string> words = {
       "and",   "break", "do",    "else",  "elseif", "end",      "false",    "for",    "function", "goto",
@@ -57,7 +57,7 @@ class Names {
     return text;
   }
 
-  /// A whole column by its name, with its order of derivative.
+  /// The name of a whole column, with its order of derivative.
   std::string code(const VecX& v) const {
     if (v.size() == 1) return code(v[0]);
     if (const auto name = whole_column(v)) return *name;
@@ -107,7 +107,7 @@ bool same_equations(const Model& a, const Model& b) {
          a.form == b.form;
 }
 
-/// The gains of form "baumgarte", as its derivation tells them: "…,  α = 3, β = 4".
+/// The gains of form "baumgarte", read from its derivation: "…,  α = 3, β = 4".
 ReduceOptions gains_of(const Model& m, std::string& call) {
   ReduceOptions options;
   std::vector<std::string> words;
@@ -251,7 +251,7 @@ class Writer {
     return out + name_option() + "}";
   }
 
-  /// with{ … }: the values that are not the defaults of their symbols.
+  /// with{ … }: the values that differ from the defaults of their symbols.
   std::string values() const {
     std::vector<std::string> list;
     for (Expr p : model_->parameters) {

@@ -29,7 +29,7 @@ Model without_value(const Model& m, Expr p) {
   return other;
 }
 
-/// Nothing where e is not defined at this value: 1/p at 0.
+/// e at this value of p; empty if it is undefined there, like 1/p at 0.
 std::optional<Expr> at_value(Expr e, Expr p, Expr value) {
   try {
     return simplify(substitute(e, {{p, value}}));
@@ -38,8 +38,8 @@ std::optional<Expr> at_value(Expr e, Expr p, Expr value) {
   }
 }
 
-/// The model at a value of a parameter, which may contain others; nothing where an
-/// equation is not defined there.
+/// The model at a value of a parameter, which may contain other parameters; empty if an equation
+/// is undefined there.
 std::optional<Model> with_value(const Model& m, Expr p, Expr value) {
   Model there = without_value(m, p);
   for (Expr& residual : there.residuals) {
@@ -78,7 +78,7 @@ class Cases {
   }
 
  private:
-  /// Parameters without values, where one factor vanishes.
+  /// A value of a parameter without default at which a factor vanishes.
   struct Case {
     Expr p, value;
     std::string answer;
@@ -103,14 +103,14 @@ class Cases {
     if (open && next.answer != "no index") found_.push_back(std::move(next));
   }
 
-  /// Where the first factor has gone, another coefficient of det(sE - A) leads.
+  /// The other coefficients of det(sE - A), one of which leads when the first factor vanishes.
   void look_beyond(const Case& first) {
     std::vector<Expr> factors;
     add_leading_factors(*first.there, factors);
     for (Expr factor : factors) {
       if (vanishes(factor, *first.there)) continue;
       for (const auto& [p, value] : exceptional_values(factor)) {
-        const auto first_value = at_value(first.value, p, value);  // none: a = 1/b where b = 0
+        const auto first_value = at_value(first.value, p, value);  // undefined for a = 1/b at b = 0
         if (model_.values.count(p) || !first_value) continue;
         const std::string answer = answer_of(with_value(*first.there, p, value));
         std::array both{place(first.p, *first_value), place(p, value)};

@@ -51,7 +51,7 @@ std::string sigma_array(const StructureReport& s) {
   return displayed_array(text("r|", std::string(n, 'c'), offsets_known ? "|c" : ""), rows);
 }
 
-/// The last of the columns of a table, which are two blanks or more apart.
+/// The last cell of a line, where columns are separated by two or more blanks.
 std::string last_cell(const std::string& line) {
   const std::size_t gap = line.rfind("  ");
   return gap == std::string::npos ? line : line.substr(gap + 2);

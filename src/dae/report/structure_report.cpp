@@ -15,7 +15,7 @@
 namespace pendula::dae {
 namespace {
 
-/// Unknowns whose share of a unit null vector of J counts.
+/// The unknowns with a visible component in the null vector of J.
 std::vector<std::string> null_vector_names(const StructureReport& s, const Mat& J) {
   constexpr double share = 1e-6;
   const Mat N = null_space(J);
@@ -28,7 +28,7 @@ std::vector<std::string> null_vector_names(const StructureReport& s, const Mat& 
   return names;
 }
 
-/// σ_n/σ_1 of the system Jacobian at a start, rows and columns scaled; nothing if it is too large.
+/// Sets σ_n/σ_1 of the equilibrated system Jacobian at a start; empty for large models.
 void look_at(StructureReport& s, const ConsistentState& at) {
   constexpr std::size_t affordable = 300;
   const std::size_t n = s.model->variables.size();
@@ -51,7 +51,7 @@ void add_parameter_cases(StructureReport& s) {
   s.notes.insert(s.notes.end(), cases.begin(), cases.end());
 }
 
-/// Where the structure says nothing, the index may still be that of these parameter values only.
+/// If the structure is not decisive, the index may hold for these parameter values only.
 void other_values(StructureReport& s, const IndexResult& known) {
   const Model& m = *s.model;
   if (m.values.empty() || m.variables.size() > most_unknowns_of_cases) return;
@@ -59,7 +59,7 @@ void other_values(StructureReport& s, const IndexResult& known) {
     const IndexResult generic = differentiation_index(without_values(m));
     if (generic.index != known.index || generic.dof != known.dof)
       s.notes.push_back("for almost all other parameter values: " + answer_text(generic));
-  } catch (const UserFacing&) {  // nothing can be said about them
+  } catch (const UserFacing&) {  // no statement about other values
   }
 }
 

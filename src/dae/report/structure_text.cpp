@@ -1,4 +1,4 @@
-// print(sys:structure()): Σ, blocks, indices, and how far they may be believed.
+// print(sys:structure()): Σ, blocks, indices, and whether they are confirmed.
 #include <algorithm>
 
 #include "base/error.hpp"
@@ -66,7 +66,7 @@ std::string blocks_text(const StructureReport& s) {
   return out;
 }
 
-/// The singular-value gap at the given point, or nothing.
+/// The singular-value gap at the given point; empty if there is none.
 std::string gap_text(const StructureReport& s) {
   return s.gap ? text("; at the given point σ_min/σ_max = ", rounded(*s.gap, 3)) : "";
 }

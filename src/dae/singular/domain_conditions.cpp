@@ -13,10 +13,10 @@
 namespace pendula::dae {
 namespace {
 
-/// What must vanish where a denominator does. Long ones are taken as they are: to factor
-/// them takes longer than it helps.
+/// Factors at least one of which vanishes with the denominator. Long denominators are returned unfactored,
+/// since factorisation would take too long.
 std::vector<Expr> factors_of(Expr denominator) {
-  constexpr std::size_t long_expression = 60, most = 20000;  // nodes; denominators remembered
+  constexpr std::size_t long_expression = 60, most = 20000;  // nodes; cached denominators
   static LruCache<Expr, std::vector<Expr>, std::hash<Expr>, Refers::by_touch> known(most);
   if (const auto* factors = known.find(denominator)) {
     for (Expr factor : *factors) touch(factor);

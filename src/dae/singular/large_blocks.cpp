@@ -16,7 +16,7 @@ namespace pendula::dae {
 namespace {
 
 constexpr std::size_t small_part =
-    4;  // equations of a block whose determinant is known (determinant_factors.hpp)
+    4;  // equations of a block up to which the determinant is computed (determinant_factors.hpp)
 
 using Row = std::map<int, Expr>;
 
@@ -31,8 +31,8 @@ bool all_constant(const std::vector<Entry>& list) {
   return std::all_of(list.begin(), list.end(), [](const Entry& e) { return e.value.is_constant(); });
 }
 
-/// Gradients with the rows q′ = v, which have one or two constant entries, used up: their first unknown is
-/// expressed by the other one.
+/// Gradients after elimination of rows like q′ = v: rows with one or two constant entries, whose first
+/// unknown is replaced by the other one.
 class Gradients {
  public:
   Gradients(std::vector<Row> rows, std::vector<std::string> names)
@@ -46,7 +46,7 @@ class Gradients {
     }
   }
 
-  /// columns: where they stood in the rows that were given.
+  /// columns: their numbers in the original rows.
   LargeBlock::Matrix matrix(std::vector<std::string>& names, std::vector<int>& columns) const {
     std::map<int, int> column;
     std::vector<Row> kept;
@@ -96,14 +96,14 @@ class Gradients {
   std::map<std::size_t, bool> gone_;
 };
 
-/// J = [M F; G 0], G the rows that are differentiated, columns of F those that no row of G contains.
+/// J = [M F; G 0]: G the differentiated rows, F the columns that do not occur in G.
 class Saddle {
  public:
   Saddle(const std::vector<Row>& all, const std::vector<char>& is_gradient, const ParameterValues& values)
       : all_(all), is_gradient_(is_gradient), values_(values) {}
 
-  /// M constant and diagonal, and F = D Gᵀ R with constant diagonal D and R (tried at two points), D⁻¹ M of
-  /// one sign: then J is singular only where rows of G are dependent.
+  /// Is J singular only where rows of G are dependent? Sufficient: M constant and diagonal, F = D Gᵀ R with
+  /// constant diagonal D and R (compared at two points), D⁻¹ M of one sign.
   bool gradients_decide() {
     for (std::size_t i = 0; i < all_.size(); ++i)
       if (is_gradient_[i])
@@ -111,8 +111,8 @@ class Saddle {
     return read_dynamics() && read_constraints() && columns_match() && factors_exist() &&
            masses_are_positive();
   }
-  /// The entry of M in this column, for rows multiplied so that forces are along gradients. Requires
-  /// gradients_decide().
+  /// The entry of M in this column after scaling of the rows so that forces act along
+  /// gradients. Requires gradients_decide().
   Expr inertia(int column) const {
     const int row = place_.at(column);
     return Expr(mass_.at(row) / factor_.at(row));
@@ -193,8 +193,8 @@ class Saddle {
     return true;
   }
 
-  /// F_iλ/G_λj = d_i ρ_λ, one factor for each row and one for each multiplier: from a row to its
-  /// multipliers, from those to their rows.
+  /// Finds F_iλ/G_λj = d_i ρ_λ, one factor per row and one per multiplier, by a search from rows to their
+  /// multipliers and back.
   bool factors_exist() {
     std::map<int, std::vector<const Ratio*>> of_row, of_multiplier;
     for (const Ratio& r : ratios_) {
@@ -221,10 +221,11 @@ class Saddle {
     });
   }
 
-  /// Of D⁻¹ M, all positive: d has the sign of the mass where a search began.
+  /// Is D⁻¹ M positive? d was given the sign of the mass where a search began.
   bool masses_are_positive() {
     return std::all_of(mass_.begin(), mass_.end(), [&](const auto& own) {
-      const auto factor = factor_.emplace(own.first, own.second < 0 ? -1 : 1).first;  // no force acts on it
+      // for rows without forces
+      const auto factor = factor_.emplace(own.first, own.second < 0 ? -1 : 1).first;
       return own.second / factor->second > 0;
     });
   }
@@ -237,16 +238,16 @@ class Saddle {
   const std::vector<char>& is_gradient_;
   const ParameterValues& values_;
   std::map<int, char> moved_;
-  std::map<int, int> place_;      ///< of the row whose diagonal entry this column is
+  std::map<int, int> place_;      ///< row with the diagonal entry of each column
   std::map<int, double> mass_;    ///< by row
   std::map<int, double> factor_;  ///< d, by row
   std::vector<Ratio> ratios_;
   std::map<int, std::vector<std::pair<int, Expr>>> F_;
-  std::map<std::vector<int>, std::vector<std::vector<Expr>>> rows_;  ///< of G, by where they are not 0
+  std::map<std::vector<int>, std::vector<std::vector<Expr>>> rows_;  ///< of G, by their nonzero columns
   std::size_t constraints_ = 0;
 };
 
-/// Rows that say q′ = v, put into the others: columns of J are those of M, F and G alone.
+/// Rows q′ = v substituted into the others, so that J consists of the columns of M, F and G.
 struct Kinematics {
   std::vector<Row> rows;
   std::vector<char> is_gradient;
@@ -280,8 +281,8 @@ Kinematics without_kinematics(std::vector<Row> rows, const std::vector<char>& di
   return result;
 }
 
-/// One constraint C with |∇C|² = a + b C, a ≠ 0 and b the same at every point tried: a distance. Its gradient
-/// vanishes nowhere on C = 0.
+/// Is C a distance: |∇C|² = a + b C with a ≠ 0 and the same b at all points tried? Then its gradient vanishes
+/// nowhere on C = 0.
 bool is_distance(Expr C, const std::vector<Entry>& gradient, const ParameterValues& values) {
   Expr square = 0;
   for (const Entry& e : gradient) square = square + e.value * e.value;
@@ -298,7 +299,7 @@ bool is_distance(Expr C, const std::vector<Entry>& gradient, const ParameterValu
   return std::fabs(a) > 1e-9 * (std::fabs(s[0]) + std::fabs(b * c[0]));
 }
 
-/// M of the coordinate that this acceleration belongs to.
+/// The entry of M for the coordinate of this acceleration.
 Expr inertia(const Mechanics& mechanics, Expr acceleration) {
   const Expr coordinate = symbol_of(acceleration).base;
   for (const Entry& e : mechanics.M)

@@ -31,14 +31,13 @@ bool has_variable(Expr e) {
 
 struct Factor {
   SingularityCondition what;
-  bool
-      reached;  ///< false: no state that satisfies the constraints makes it 0 at the model's parameter values
+  bool reached;  ///< false: no state on the constraints makes it 0 at the model's parameter values
 };
 
-/// Is there a state with factor = 0 that satisfies what the equations demand of states (and of the z in the
-/// factor)? Other than for consistent points, derivatives and other z need not exist there: in x x′ = -1 and
-/// 0 = z x - 1 they grow without bound on the way to x = 0. Gauss–Newton from a few points.
-/// `accept`: which of the points found count; none: all.
+/// Is there a state with factor = 0 that satisfies all conditions on states (and on the z in the factor)?
+/// In contrast to consistent points, derivatives and other z need not exist there: in x x′ = -1 and 0 = z x
+/// - 1 they are unbounded for x → 0. Gauss–Newton from a few points. `accept` selects the points that
+/// count; empty: all.
 using Accept = std::function<bool(const std::unordered_map<Expr, double>&)>;
 bool reachable(const Model& m, const Analysis& a, Expr factor, const Accept& accept = {}) {
   std::vector<Expr> rows{factor};
@@ -59,7 +58,7 @@ bool reachable(const Model& m, const Analysis& a, Expr factor, const Accept& acc
   std::vector<Expr> unknowns;
   for (Expr leaf : leaves(rows))
     if (is_varying(leaf)) unknowns.push_back(leaf);
-  if (unknowns.empty()) return false;  // at the values of the parameters the factor is a number
+  if (unknowns.empty()) return false;  // the factor is constant at the parameter values
   const std::vector<Entry> slopes = sparse_jacobian(rows, unknowns);
   std::vector<Expr> outputs = rows;
   for (const Entry& e : slopes) outputs.push_back(e.value);
@@ -68,7 +67,7 @@ bool reachable(const Model& m, const Analysis& a, Expr factor, const Accept& acc
     if (std::find(unknowns.begin(), unknowns.end(), leaf) == unknowns.end()) all.push_back(leaf);
   const Evaluator evaluate(outputs, all);
   const auto n = static_cast<Eigen::Index>(rows.size()), k = static_cast<Eigen::Index>(unknowns.size());
-  constexpr int patience = 12;  // iterations without coming nearer
+  constexpr int patience = 12;  // iterations without progress
   for (int seed = 0; seed < 8; ++seed) {
     auto point = random_point(outputs, seed);
     std::vector<double> w;
@@ -121,7 +120,7 @@ std::vector<std::vector<int>> coupled(const Mechanics& mechanics) {
   return list;
 }
 
-/// Is there a direction without inertia that no constraint holds, W v = 0 and ∂C/∂q v = 0?
+/// Is there a direction without inertia that the constraints leave free: W v = 0 and ∂C/∂q v = 0?
 bool floats(const Mechanics& mechanics, const ParameterValues& values,
             std::unordered_map<Expr, double> point) {
   const Eigen::Index n = mechanics.q.size(), constraints = mechanics.C.size();
@@ -138,9 +137,9 @@ bool floats(const Mechanics& mechanics, const ParameterValues& values,
   return A.allFinite() && numeric_rank(A) < n;
 }
 
-/// Where the mass matrix of a mechanism loses its rank: Euler angles in one plane, a coordinate that moves
-/// nothing. det of what is coupled, up to four coordinates. Consistent points decide up to `searched`
-/// coordinates; beyond them what vanishes counts.
+/// Adds factors at which the mass matrix of a mechanism loses rank, as for aligned Euler angles or a
+/// coordinate without effect: those of the determinants of coupled blocks of up to four coordinates. Up to
+/// `searched` coordinates a consistent point must exist; in larger models every vanishing factor counts.
 void add_mass_factors(const Model& m, const Analysis& a, std::vector<Factor>& list) {
   constexpr std::size_t most_coordinates = 4;
   constexpr Eigen::Index searched = 40;
@@ -167,7 +166,7 @@ void add_mass_factors(const Model& m, const Analysis& a, std::vector<Factor>& li
       if (!has_variable(f) || std::any_of(list.begin(), list.end(), same)) continue;
       const Accept singular = [&](const auto& point) { return floats(mechanics, m.values, point); };
       const bool reached = mechanics.q.size() > searched || reachable(m, a, f, singular);
-      if (!reached && reachable(m, a, f)) continue;  // a constraint holds what has no inertia there
+      if (!reached && reachable(m, a, f)) continue;  // a constraint determines the direction without inertia
       list.push_back({{f, "the mass matrix no longer determines " + grouped_names(lost), ""}, reached});
     }
   }

@@ -24,12 +24,12 @@ namespace {
 
 using Index = Eigen::Index;
 
-constexpr double vanishing =
-    1e-5;                        // coefficients where branches meet: the time of that is known to some digits
-constexpr double nearby = 2e-3;  // in units: how far the states of a point found may be from the given one
+// threshold of coefficients at a meeting point, whose time is known to some digits
+constexpr double vanishing = 1e-5;
+constexpr double nearby = 2e-3;  // in units: distance of the states of a found point from the given one
 
-/// Points of F_k = 0 near the given one. exact: it is the singular point to rounding; else the states are
-/// moved, since beside it every branch is regular and attracts what is near.
+/// Points of F_k = 0 near the given one. exact: the given point is the singular one to within rounding.
+/// Otherwise the states are varied, since next to it every branch is regular and attracts nearby points.
 std::vector<Vec> points_near(const NumericArray& numeric, Index states, const PointValues& point,
                              bool exact) {
   constexpr int attempts = 32;
@@ -59,10 +59,10 @@ std::vector<Vec> points_near(const NumericArray& numeric, Index states, const Po
   return found;
 }
 
-/// Values of some unknowns that several points share.
+/// Values of some unknowns, shared by several points.
 struct Cluster {
   Vec values;
-  Vec point;  ///< the first of them, whole
+  Vec point;  ///< the complete first point
   int count = 1;
 };
 
@@ -83,7 +83,7 @@ std::vector<Cluster> clusters(const std::vector<Vec>& points, const std::vector<
   return list;
 }
 
-/// The derivatives in which a cluster differs from the others.
+/// The derivatives in which a cluster differs from any other.
 std::vector<Expr> differing(const Cluster& c, const std::vector<Cluster>& all,
                             const std::vector<Expr>& leaves, const Vec& size) {
   std::vector<Expr> list;
@@ -98,7 +98,7 @@ std::vector<Expr> differing(const Cluster& c, const std::vector<Cluster>& all,
   return list;
 }
 
-/// The derivatives of one order that the array has, and their columns.
+/// The derivatives of one order in the array, with their columns.
 struct Order {
   std::vector<Index> columns;
   std::vector<Expr> leaves;
@@ -116,7 +116,7 @@ Order of_order(const std::vector<Expr>& states, const std::vector<Expr>& all, in
   return found;
 }
 
-/// The states are those of the point: the search has moved them a little.
+/// The states are taken from the given point, since the search has moved them slightly.
 std::vector<WayOn> ways_of(const std::vector<Cluster>& found, const Order& order, const WayCheck& check,
                            const PointValues& point, std::size_t states) {
   const auto& all = check.numeric().columns();
@@ -132,14 +132,14 @@ std::vector<WayOn> ways_of(const std::vector<Cluster>& found, const Order& order
   return ways;
 }
 
-/// F_k = 0 near given values, and the columns that it leaves open.
+/// A solution of F_k = 0 near given values, with the columns that it leaves open.
 struct SolvedArray {
   Vec w;
   std::vector<char> open;
 };
 
-/// The first `held` columns keep their values; the first `states` count as known
-/// when it is asked what is open.
+/// The first `held` columns keep their values; the first `states` count as known in the decision
+/// what is open.
 std::optional<SolvedArray> solved_near(const NumericArray& numeric, Index held, Index states,
                                        const PointValues& values, double negligible) {
   auto known = numeric.known(0);
@@ -163,7 +163,7 @@ std::optional<SolvedArray> solved_near(const NumericArray& numeric, Index held, 
   return solved;
 }
 
-/// Up to which order, at most k, every derivative of every unknown is determined.
+/// The order up to which, at most k, all derivatives of all unknowns are determined.
 int determined_orders(const std::vector<Expr>& states, const std::vector<Expr>& columns,
                       const SolvedArray& solved, int k) {
   for (int order = 1; order <= k; ++order) {
@@ -225,8 +225,7 @@ std::string choices_text(const std::vector<WayOn>& ways) {
   return join(words, " or ");
 }
 
-/// The derivatives that the values of states and algebraic variables determine where
-/// solutions meet, too: x′ = f.
+/// The derivatives that are determined by states and algebraic variables even at meeting points: x′ = f.
 static std::unordered_set<Expr> always_determined(const Model& m) {
   std::unordered_set<Expr> slopes;
   for (const Solved& row : solved_rows(m))
@@ -266,12 +265,12 @@ std::string cannot_choose(const Model& m, Expr leaf, double value) {
 std::optional<double> meeting_time(const Model& m, const WayExpansion& way, const PointValues& others,
                                    double to) {
   constexpr int samples = 64, halvings = 80;
-  constexpr double vanished = 1e-5;  // of the largest
+  constexpr double vanished = 1e-5;  // relative to the largest
   const std::vector<Entry> entries = top_jacobian(m);
   std::vector<Expr> slopes;
   for (const Entry& e : entries) slopes.push_back(e.value);
   const auto n = static_cast<Index>(m.variables.size());
-  int order = 1;  // of the derivatives that the equations contain
+  int order = 1;  // highest order of derivative in the equations
   for (const Variable& v : m.variables) order = std::max(order, v.order);
   PointValues values = others;
   const auto size = [&](double t) {
@@ -313,7 +312,7 @@ PointValues WayExpansion::at(double time, int highest) const {
   PointValues values{{time_symbol(), time}};
   for (const auto& [leaf, d] : about(time).derivatives)
     for (std::size_t order = 0; order < d.size() && order <= static_cast<std::size_t>(highest); ++order)
-      // x′ that is a state itself has one term more than the derivative of x
+      // an x′ that is a state itself has one term more than the derivative of x
       if (order == 0)
         values[leaf] = d[0];
       else
@@ -357,13 +356,13 @@ std::optional<WayExpansion> expansion(const Model& m, const WayOn& way, bool at_
   for (int k = 1; k <= most_derivatives && arrays->nodes(k) <= long_rows; ++k) {
     const NumericArray& numeric = arrays->of_order(k);
     auto solved = solved_near(numeric, held, states, values, negligible);
-    if (!solved && k == 1) {  // hidden conditions on the states, known to some digits
+    if (!solved && k == 1) {  // hidden conditions: the states are known to some digits only
       held = 0;
       solved = solved_near(numeric, held, states, values, negligible);
     }
     if (!solved) continue;
     const auto& columns = numeric.columns();
-    for (Index j = states; j < std::ssize(columns) && !at_meeting; ++j)  // a start for the next order
+    for (Index j = states; j < std::ssize(columns) && !at_meeting; ++j)  // starting values for the next order
       if (!solved->open[j]) values[columns[j]] = solved->w[j];
     const int order = determined_orders(arrays->states(), columns, *solved, k);
     if (order <= reached) continue;

@@ -1,4 +1,4 @@
-// Values of expressions at a start, also in the symbols of related models, and the printed ledger.
+// Values of expressions at a start, also in symbols of related models, and the printed ledger.
 #include "dae/start/start_system.hpp"
 
 #include <algorithm>
@@ -35,8 +35,7 @@ const char* word(Origin origin) {
 
 namespace {
 
-/// Name, value, unit, where the value is from, and the words given with the symbol;
-/// columns without entries are left out.
+/// Name, value, unit, origin of the value, and the description of the symbol; empty columns are omitted.
 std::string values_text(const std::vector<LedgerRow>& rows) {
   const bool units =
       std::any_of(rows.begin(), rows.end(), [](const auto& r) { return !unit_text(r.leaf).empty(); });
@@ -58,7 +57,7 @@ bool is_derivative_of_unknown(const Model& model, Expr leaf) {
                                     [&](const Variable& v) { return v.leaf == s.base; });
 }
 
-/// Inputs that are known as functions; of the others only one value is, no derivative.
+/// Inputs that are known as functions; for the others there is one value and no derivative.
 Substitution inputs_in_time(const StartRequest& request) {
   Substitution inputs = request.inputs;
   for (Expr numeric : request.numeric_inputs) inputs.erase(numeric);
@@ -101,7 +100,7 @@ std::optional<double> ConsistentState::value_for(const Model& other, Expr leaf) 
   if (const auto here = known(leaf)) return here;
   if (const auto here = known(resolve(*model, leaf))) return here;
   for (const Model* form = &other; form; form = form->parent.get())
-    for (const auto& [old, meaning] : form->relations)  // the form renamed it: v for q′
+    for (const auto& [old, meaning] : form->relations)  // symbols renamed by the form: v for q′
       if (meaning == leaf)
         if (const auto here = known(resolve(*model, old))) return here;
   return {};
@@ -128,7 +127,7 @@ std::string ConsistentState::lost_text() const {
 }
 
 std::string ConsistentState::ledger() const {
-  const auto beside_terms = [&](const auto& c) {  // terms of 10²⁴ leave 10⁸ by rounding
+  const auto beside_terms = [&](const auto& c) {  // rounding leaves 10⁸ of terms of size 10²⁴
     return std::fabs(c.second) /
            std::max(1.0, std::fabs(c.second) < 1e-9 ? 1 : size_of_terms(c.first.residual, values));
   };

@@ -35,10 +35,11 @@ double size_of(Expr e, const PointValues& values, const Sizes& sizes) {
 
 namespace {
 
-/// x⁺ = x⁻ + Δx, with impulses Λ of z.
+/// Solves for a jump x⁺ = x⁻ + Δx with impulses Λ of z.
 class JumpSystem {
  public:
-  /// sizes: of states, what they have been before; close: of the terms, where equations hold
+  /// sizes: largest magnitudes of the states so far; close: tolerance of the equations relative
+  /// to their terms.
   JumpSystem(const std::vector<Expr>& conditions, const FirstOrder& form, PointValues before,
              const LeafValues& sizes, double close)
       : conditions_(conditions), form_(form), close_(close), values_(std::move(before)) {
@@ -52,7 +53,7 @@ class JumpSystem {
     for (const auto& [leaf, size] : sizes) sizes_.of[leaf] = std::max(size, sizes_(leaf));
     size_ = Vec(n_);
     for (Eigen::Index i = 0; i < n_; ++i) size_[i] = sizes_(form.x[i]);
-    // an impulse is compared with what would change the states by their sizes
+    // the unit of an impulse is the one that changes the states by their sizes
     impulse_size_ = Vec::Zero(m_);
     const Vec momentum = E_.cwiseAbs() * size_;
     for (Eigen::Index j = 0; j < m_; ++j)
@@ -60,8 +61,8 @@ class JumpSystem {
         if (B_(i, j) != 0) impulse_size_[j] = std::max(impulse_size_[j], momentum[i] / std::fabs(B_(i, j)));
   }
 
-  /// Nothing where no impulse leads onto the conditions, or the equations do not
-  /// tell how; why: that they do not.
+  /// Empty if no impulse leads to the conditions, or if the equations leave the jump open; in the second case
+  /// `why` is set.
   std::optional<Jump> solve(std::string& why) {
     const PointValues start = values_;
     std::optional<Jump> jump = with_first_factors_ = with_factors();
@@ -81,7 +82,7 @@ class JumpSystem {
     return with_factors();
   }
 
-  /// After solve(): the jump if factors stayed what they are before it.
+  /// After solve(): the jump with the factors constant at their values before it.
   const std::optional<Jump>& with_first_factors() const { return with_first_factors_; }
 
  private:
@@ -113,7 +114,7 @@ class JumpSystem {
     }
     if (takes_means_) take_means(start, jump.change);
     if (!lands(jump.change, impulse)) return {};
-    for (int k = 0; k < 3; ++k) {  // what rounding and the errors of steps have left, the shortest way
+    for (int k = 0; k < 3; ++k) {  // removes errors of rounding and of the steps by minimal corrections
       jump.change -= jacobian(conditions_, form_.x).completeOrthogonalDecomposition().solve(residuals());
       move(start, jump.change);
     }
@@ -132,8 +133,8 @@ class JumpSystem {
     return jump;
   }
 
-  /// Entries of ∂F/∂(x′, z) that have other values before, in the middle of or after a jump, and a jump or an
-  /// impulse. States that do not jump are moved by errors only, those of the place where a rope becomes taut.
+  /// Entries of ∂F/∂(x′, z) that change during the jump, in columns with a jump or impulse. States that do
+  /// not jump differ by errors only, as at the position where a rope becomes taut.
   std::vector<Entry> changed_factors(const PointValues& start, const Jump& jump) {
     constexpr double visible = 1e-9;
     Vec change = jump.change;
@@ -159,7 +160,8 @@ class JumpSystem {
 
   bool is_jump(Eigen::Index i, const Vec& change) const { return std::fabs(change[i]) > close_ * size_[i]; }
 
-  /// The factors of x′ in a row are the gradient of a function of x: their integral is the same on every way.
+  /// Are the factors of x′ in a row the gradient of a function of x, so that their integral does not depend
+  /// on the path?
   bool is_exact(int row) const {
     std::vector<Expr> factors(form_.x.size(), Expr(0));
     for (const Entry& e : sparse_jacobian({&form_.F[row], 1}, form_.xdot)) factors[e.column] = e.value;
@@ -170,7 +172,7 @@ class JumpSystem {
     return true;
   }
 
-  /// E: its mean on the straight way, by Gauss' rule in four parts.
+  /// Replaces E by its mean along the straight path (Gauss quadrature on four parts).
   void take_means(const PointValues& start, const Vec& change) {
     constexpr int parts = 4;
     constexpr double nodes[] = {-0.9061798459386640, -0.5384693101056831, 0, 0.5384693101056831,
@@ -205,7 +207,7 @@ class JumpSystem {
   void move(const PointValues& start, const Vec& change) {
     for (Eigen::Index i = 0; i < n_; ++i) values_[form_.x[i]] = start.at(form_.x[i]) + change[i];
   }
-  /// Both parts of the equations hold.
+  /// Are both parts of the equations satisfied?
   bool lands(const Vec& change, const Vec& impulse) const {
     const Vec r = E_ * change + B_ * impulse;
     const Vec size =
@@ -220,7 +222,7 @@ class JumpSystem {
       if (!(std::fabs(G[i]) <= share * size_of(conditions_[i], values_, sizes_))) return false;
     return true;
   }
-  /// The least solution of K y = right, rows and columns in units of their own; what is 0 to rounding is 0.
+  /// The minimum-norm solution of the equilibrated system K y = right; values at the rounding level become 0.
   static Vec least_step(const Mat& K, const Vec& right) {
     const auto inverse = [](double s) { return s > 0 ? 1 / s : 1.0; };
     const Vec row = K.rowwise().norm().unaryExpr(inverse);
@@ -249,14 +251,14 @@ class JumpSystem {
 
 namespace {
 
-/// An impact at whose end bodies that slid are at rest.
+/// An impact at the end of which sliding bodies are at rest.
 struct Rest {
   struct Friction {
-    Expr impulse, normal;  ///< Γ, and z of which Λ is the impulse
-    double turns;          ///< the share of the impact with the signs before it at which s is 0
+    Expr impulse, normal;  ///< Γ, and the z whose impulse is Λ
+    double turns;          ///< the share of the impact, with the original signs, at which s = 0
   };
   FirstOrder form;               ///< with Γ in place of sign(s) z
-  std::vector<Expr> conditions;  ///< 0 = s as well
+  std::vector<Expr> conditions;  ///< including 0 = s
   std::vector<Friction> list;
 };
 
@@ -265,8 +267,7 @@ PointValues moved(PointValues values, const FirstOrder& form, const Vec& change)
   return values;
 }
 
-/// The signs with a factor z that are others after a jump than before it; nothing
-/// where one has several such factors.
+/// The signs with a factor z that change during a jump; empty if one of them has several such factors.
 std::optional<Rest> rest_after(const std::vector<Expr>& conditions, const FirstOrder& form,
                                const PointValues& before, const Jump& jump) {
   const PointValues after = moved(before, form, jump.change);
@@ -303,8 +304,8 @@ std::optional<Jump> jump_onto(const std::vector<Expr>& conditions, const FirstOr
   const Jump& first = *system.with_first_factors();
   const auto rest = rest_after(conditions, form, before, first);
   if (!rest) return {};
-  // Friction holds from where s is 0 if it can there: what pushes on may be stronger,
-  // though the whole impulse is not.
+  // From s = 0 on friction holds if it can. The remaining impulse may exceed its limit even if the whole
+  // impulse does not.
   constexpr double together = 1e-9;
   const double share = rest->list.front().turns;
   std::string unknown;

@@ -21,11 +21,11 @@ namespace pendula::dae {
 namespace {
 
 constexpr std::size_t most_candidates = 300;
-constexpr double exact_border = 1e-9;  // of the terms of a margin: what counts as 0 where values are exact
-constexpr double close = 1e-7;         // of the terms of a condition: where it holds, as well
+constexpr double exact_border = 1e-9;  // relative to the terms of a margin; smaller exact values count as 0
+constexpr double close = 1e-7;         // relative to the terms of a condition that counts as satisfied
 
-/// The values as exact ones, then as known to the tolerance of the run that gave them, then as known to its
-/// multiples: errors of steps add up.
+/// Accuracies to try: exact values, then values accurate to the tolerance of the run that produced them, then
+/// to multiples of it, since errors of steps accumulate.
 std::vector<Regimes::Accuracy> readings(double rtol) {
   constexpr double coarsest = 0.03;
   std::vector<Regimes::Accuracy> list{{exact_border, close, true}};
@@ -36,7 +36,7 @@ std::vector<Regimes::Accuracy> readings(double rtol) {
   return list;
 }
 
-/// Values, what they have been before, and the units of those that were computed.
+/// Sizes from the values, their largest magnitudes so far, and the units of computed unknowns.
 Sizes sizes_at(const ConsistentState& start) {
   Sizes sizes{start.values};
   const auto enlarge = [&](Expr leaf, double size) {
@@ -54,10 +54,10 @@ Sizes sizes_at(const ConsistentState& start) {
   return sizes;
 }
 
-/// The sign of an expression a short time after the start, along the slopes there: of one whose own slope is
-/// another one before and behind it, as that of √(sin² t) at t = 0.
+/// The sign of an expression shortly after the start, extrapolated along the slopes. For expressions whose
+/// slope differs before and after the start, like that of √(sin² t) at t = 0.
 int sign_ahead(Expr e, const ConsistentState& start, const Sizes& sizes, double border) {
-  constexpr double share = 1e-6;  // of the time in which states change
+  constexpr double share = 1e-6;  // of the time scale of the states
   PointValues ahead = start.values;
   const double dt = share * (sizes.rate > 0 ? 1 / sizes.rate : 1.0);
   for (Expr leaf : leaves({&e, 1})) {
@@ -76,7 +76,7 @@ int sign_ahead(Expr e, const ConsistentState& start, const Sizes& sizes, double 
   return std::fabs(there) > border * size ? (there > 0 ? 1 : -1) : 0;
 }
 
-/// -1, 0, 1: the sign of the impulse through a margin.
+/// The sign (-1, 0, 1) of the impulse through a margin.
 int impulse_through(Expr margin, const ConsistentState& start, const Jump& jump, double border) {
   double impulse = 0, noise = 0;
   for (const auto& [leaf, size] : jump.impulses) {
@@ -87,8 +87,8 @@ int impulse_through(Expr margin, const ConsistentState& start, const Jump& jump,
   return std::fabs(impulse) > border * noise ? (impulse > 0 ? 1 : -1) : 0;
 }
 
-/// The terms of an expression in derivatives that the start does not name, which are
-/// computed from the equations.
+/// The size of the terms with derivatives that the start does not contain and that are computed
+/// from the equations.
 double size_of_derived(Expr e, const ConsistentState& start) {
   double sum = 0;
   for (Expr leaf : leaves({&e, 1}))
@@ -97,7 +97,7 @@ double size_of_derived(Expr e, const ConsistentState& start) {
   return std::isfinite(sum) ? sum : 0;
 }
 
-/// -1, 0, 1: the sign of a margin just after the start, and an impulse.
+/// The sign (-1, 0, 1) of a margin just after the start, including impulses.
 int sign_behind(Expr margin, const ConsistentState& start, const Jump& jump, double border) {
   constexpr int highest = 4;  // derivative
   if (const int sign = impulse_through(margin, start, jump, border); sign != 0) return sign;
@@ -108,7 +108,7 @@ int sign_behind(Expr margin, const ConsistentState& start, const Jump& jump, dou
     try {
       here = start(e);
       size = size_of(e, start.values, sizes);
-    } catch (const UserFacing&) {  // a derivative that nothing determines, or a size that contains one
+    } catch (const UserFacing&) {  // an undetermined derivative, or a size that contains one
       if (here == 0)
         return std::isnan(value_at(e, start.values)) ? sign_ahead(margin, start, sizes, border) : 0;
     }
@@ -119,7 +119,7 @@ int sign_behind(Expr margin, const ConsistentState& start, const Jump& jump, dou
   return 0;
 }
 
-/// To a share of its terms. A derivative that nothing determines is not.
+/// Is e zero relative to its terms? False for undetermined derivatives.
 bool is_zero(Expr e, const ConsistentState& start, const Sizes& sizes, double border) {
   try {
     return std::fabs(start(e)) <= border * size_of(e, start.values, sizes);
@@ -152,7 +152,7 @@ std::unordered_map<Expr, double> conditions_of(const Model& model, const StartRe
   return values;
 }
 
-/// Fixed values that contradict the constraints by rounding move onto them.
+/// A consistent state; fixed values that contradict the constraints by rounding are moved onto them.
 ConsistentStatePtr consistent(const ModelPtr& model, StartRequest request) {
   try {
     return init(model, request);
@@ -237,7 +237,7 @@ bool regimes_differ(const Model& m) {
   return known.insert(key, find_difference(m));
 }
 
-/// What the states of a model obey.
+/// The conditions on the states of a model.
 static std::vector<Expr> conditions_on_states(const Model& model) {
   const std::vector<Expr> states = model.states();
   std::vector<Expr> conditions;
@@ -287,7 +287,7 @@ std::vector<Expr> Regimes::lasting_conditions(const Regime& regime) {
   return lasting;
 }
 
-/// Of each margin: what errors may take from it without leaving the region.
+/// For each margin, the negative value that errors can cause within the region.
 static std::vector<double> slack_of(const Region& region, const ConsistentState& start,
                                     const std::vector<int>& signs, const Regimes::Accuracy& accuracy) {
   std::vector<double> slack;
@@ -300,7 +300,7 @@ static std::vector<double> slack_of(const Region& region, const ConsistentState&
     if (signs[k] <= 0)
       slack.push_back(2 * here + accuracy.border * size);
     else if (is_zero_here(margin) && is_zero_here(total_derivative(margin)))
-      // one that is 0 and grows like t² is rounding, or an error of the run, at first
+      // a margin that is 0 and grows like t² consists of errors at first
       slack.push_back(2 * here + (accuracy.exact ? rounding_of_sums : accuracy.border) * size);
     else
       slack.push_back(0);
@@ -338,7 +338,7 @@ std::optional<RegimeStart> Regimes::enter_one(const StartRequest& before, std::u
         if (impulse_through(regime.region.margins[k], *at, *jump, accuracy.border) > 0)
           struck.push_back(choices_.region(choice ^ (std::uint64_t{1} << k)).margins[k]);
       signs = signs_after(regime.region, *at, {}, accuracy.border);
-      if (leaves()) {  // an impact, and off again
+      if (leaves()) {  // an impact that leaves the region at once
         auto next = enter_within(request, choice, choice, accuracy, why);
         if (next) next->jumps = true;
         if (next) next->struck.insert(next->struck.end(), struck.begin(), struck.end());
@@ -364,7 +364,8 @@ std::optional<RegimeStart> Regimes::enter_within(const StartRequest& request, st
   const int most = static_cast<int>(choices_.size());
   std::size_t tried = 0;
   for (int k = 0; k <= most; ++k) {
-    const int flips = accuracy.exact ? k : (k + 1) % (most + 1);  // what was near is known to end here
+    // with inexact values the present choice, known to end here, is tried last
+    const int flips = accuracy.exact ? k : (k + 1) % (most + 1);
     for (std::uint64_t mask = 0; mask < all; ++mask) {
       if (std::popcount(mask) != flips || !known.allow(near ^ mask) || (without && (near ^ mask) == *without))
         continue;

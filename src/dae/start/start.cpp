@@ -16,8 +16,8 @@ namespace {
 
 using Index = Eigen::Index;
 
-/// Do the equations hold at `next` to their rounding errors, or as well as at w? Residuals far below their
-/// units count, too, since a unit may be far too large.
+/// Do the equations hold at `next` to within rounding errors, or at least as well as at w? Residuals far
+/// below their units count as well, since a unit may be far too large.
 bool holds_as_well(const StartSystem& s, const Vec& w, const Vec& next) {
   const auto rows = static_cast<Index>(s.request.nearest ? s.first_fix : s.rows.size());
   const Vec r = s.residual(next).head(rows).cwiseAbs(), before = s.residual(w).head(rows).cwiseAbs();
@@ -25,8 +25,8 @@ bool holds_as_well(const StartSystem& s, const Vec& w, const Vec& next) {
   return r.allFinite() && (r.array() <= before.array().max(allowed_errors * errors.array())).all();
 }
 
-/// Fixed values exactly as given, and zero where zero satisfies the equations to
-/// rounding: least steps leave 1e-16.
+/// Sets fixed values to exactly the given numbers, and other values to zero if the equations hold with zero
+/// to within rounding: minimal steps leave 1e-16.
 void clean(const StartSystem& s, Vec& w, bool slow) {
   constexpr double rounding = 1e-14, root_of_rounding = 1e-6;
   std::vector<char> given(static_cast<std::size_t>(w.size()), 0);
@@ -60,8 +60,8 @@ void clean(const StartSystem& s, Vec& w, bool slow) {
   }
 }
 
-/// At a double root zero as well, if the equations hold with what then follows for the other unknowns:
-/// y = 10⁻⁹ takes the digits of all that depend on y.
+/// The same at a double root, where zero is accepted if the equations can be solved for the other unknowns: y
+/// = 10⁻⁹ would halve the digits of all unknowns that depend on y.
 void clean_double_root(const StartSystem& s, Vec& w) {
   constexpr double root_of_rounding = 1e-6;
   if (w.size() > dense_up_to) return;
@@ -99,7 +99,7 @@ void fill_constraints(ConsistentState& at, const StartSystem& s, const Vec& w) {
   if (invariants.empty()) return;
   std::vector<double> values;
   if (s.request.keep_invariants) {
-    values = s.values(w);  // they are the first rows
+    values = s.values(w);  // the invariants are the first rows
   } else {
     for (const Constraint& c : invariants) {
       const Expr residual = substitute(c.residual, s.request.inputs);
@@ -122,8 +122,8 @@ std::vector<Moved> moved_values(const StartSystem& s, const Vec& w) {
   return list;
 }
 
-/// The form with sparse equations that a large explicit form was made of: x′ = f(t, x) with linear solves in
-/// f has a dense Jacobian. Nothing where the model is as good itself.
+/// The sparse form from which a large explicit form was made, since x′ = f(t, x) with linear solves in f has
+/// a dense Jacobian. Empty if the model itself is as good.
 ModelPtr sparse_relative(const ModelPtr& model) {
   if (model->form != "ode" && model->form != "project") return nullptr;
   if (static_cast<Index>(model->states().size()) < dense_up_to) return nullptr;
@@ -151,10 +151,10 @@ std::optional<double> value_of(Expr p, const Model& model, const StartRequest& r
   return value->is_constant() ? constant_value(*value) : pendula::evaluate({&*value, 1}, {})[0];
 }
 
-/// x′ = f(t, x) with every state given is a start as it stands: no system to solve. Nothing where anything
-/// else is asked for or f is not finite.
+/// A start of x′ = f(t, x) with every state given needs no solution of equations. Empty if anything else is
+/// requested or f is not finite.
 ConsistentStatePtr explicit_start(const ModelPtr& model, const StartRequest& request) {
-  if (model->residuals.size() != model->variables.size()) return nullptr;  // init() says what is wrong
+  if (model->residuals.size() != model->variables.size()) return nullptr;  // init() reports the imbalance
   const std::vector<Expr> states = model->states();
   if (states.empty() || request.fix.size() != states.size() || !request.guess.empty()) return nullptr;
   if (request.nearest || !model->invariants.empty() || !model->projections.empty()) return nullptr;
@@ -202,7 +202,7 @@ ConsistentStatePtr explicit_start(const ModelPtr& model, const StartRequest& req
 
 }  // namespace
 
-/// With the starts of parts that have a guess; without them where that is no start.
+/// Uses the declared start values of parts that have a guess; without them if that yields no start.
 static ConsistentStatePtr init_with_declared(const ModelPtr& model, const StartRequest& request) {
   StartRequest released = request;
   released.declared.clear();

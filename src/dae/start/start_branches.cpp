@@ -1,4 +1,4 @@
-// Several roots: which one a start has taken, and how to ask for another.
+// Several roots: the one that a start has taken, and how to request another one.
 #include <algorithm>
 #include <cmath>
 
@@ -30,8 +30,8 @@ std::vector<Index> nonlinear(const StartSystem& s) {
   return list;
 }
 
-/// "y = ±√(L² - x²)" if some equation is quadratic in the leaf, without a linear
-/// term, and the rest of it is fixed.
+/// "y = ±√(L² - x²)" if an equation is quadratic in the leaf without a linear term, and its other
+/// unknowns are fixed.
 std::string quadratic(const StartSystem& s, Expr leaf) {
   for (std::size_t i = 0; i < s.first_fix; ++i) {
     if (!depends_on(s.rows[i], leaf)) continue;
@@ -50,7 +50,7 @@ std::string quadratic(const StartSystem& s, Expr leaf) {
   return "";
 }
 
-/// Does this guess lead to that root?
+/// Does a guess of this value lead to this root?
 bool leads_to(const ConsistentState& at, Expr leaf, double value) {
   StartRequest request = at.request;
   std::erase_if(request.guess, [&](const auto& g) { return resolve(*at.model, g.first) == leaf; });
@@ -62,8 +62,8 @@ bool leads_to(const ConsistentState& at, Expr leaf, double value) {
   }
 }
 
-/// The unknown that distinguishes two roots: the mirrored one if it differs visibly,
-/// else the one that differs most.
+/// The unknown that distinguishes two roots: the mirrored one if it differs visibly, otherwise the one
+/// that differs most.
 std::optional<Index> most_different(const StartSystem& s, const Vec& a, const Vec& b, Index mirrored) {
   const auto difference = [&](Index j) { return std::fabs(a[j] - b[j]) / (s.unit[j] + std::fabs(a[j])); };
   constexpr double visible = 1e-3;
@@ -80,7 +80,7 @@ std::vector<Branch> ConsistentState::branches() const {
   std::vector<Branch> found;
   if (request.nearest || rows.empty() || rows.size() > most_unknowns) return found;
   if (std::any_of(rows.begin(), rows.end(), [](const LedgerRow& r) { return r.origin == Origin::chosen; }))
-    return found;  // the guess decides along a continuum
+    return found;  // the roots form a continuum, of which the guess selects a point
   const StartSystem s(model, request);
   Vec w(static_cast<Index>(s.unknowns.size()));
   for (Index j = 0; j < w.size(); ++j) w[j] = values.at(s.unknowns[j]);
@@ -100,14 +100,14 @@ std::vector<Branch> ConsistentState::branches() const {
                different * (1 + root.cwiseQuotient(s.unit).cwiseAbs().maxCoeff());
       };
       if (std::any_of(roots.begin(), roots.end(), same)) continue;
-      const auto distinct = most_different(s, w, other.w, j);  // β may have moved where γ was mirrored
+      const auto distinct = most_different(s, w, other.w, j);  // β may differ where γ was mirrored
       if (!distinct) continue;
       const Expr leaf = s.unknowns[*distinct];
       if (!leads_to(*this, leaf, other.w[*distinct])) continue;
       roots.push_back(other.w);
       found.push_back({leaf, w[*distinct], other.w[*distinct], quadratic(s, leaf)});
       if (!found.back().formula.empty()) break;
-      const double apart = other.w[j] - w[j];  // a cubic has a third root between two, or behind them
+      const double apart = other.w[j] - w[j];  // a cubic has a third root between the two or beyond them
       from.insert(from.end(), {w[j] + apart / 2, w[j] + 2 * apart, w[j] - apart});
     }
   }

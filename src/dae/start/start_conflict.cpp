@@ -1,4 +1,5 @@
-// Fixed values without a start: the fewest that conflict, whether that is proved, and the error that says so.
+// Fixed values without a start: a minimal set of conflicting ones, a proof of the conflict, and
+// the error message.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -22,8 +23,8 @@ using Index = Eigen::Index;
 
 bool takes_part(double residual) { return residual > 1e-8; }
 
-/// Rows that still contain unknowns that are not fixed are solved for these and substituted, as long as they
-/// are linear in them and `may_divide` by the slope.
+/// Solves rows for unknowns that are not fixed, as long as they are linear in them and `may_divide` accepts
+/// the slope, and substitutes the solutions.
 template <class Fixed, class MayDivide>
 std::vector<Expr> eliminated(const StartSystem& s, std::vector<Expr> rows, const Fixed& is_fixed,
                              const MayDivide& may_divide) {
@@ -45,7 +46,7 @@ std::vector<Expr> eliminated(const StartSystem& s, std::vector<Expr> rows, const
   return rows;
 }
 
-/// What is left are conditions on the fixed values alone.
+/// The remaining conditions, on the fixed values alone.
 std::vector<Expr> conditions_on_fixed(const StartSystem& s, std::vector<Expr> rows,
                                       const std::vector<Expr>& fixed,
                                       const std::unordered_map<Expr, double>& point) {
@@ -65,8 +66,8 @@ struct Conflict {
   std::vector<std::size_t> fixes, equations;  ///< rows of the system
 };
 
-/// Is it proved that these equations hold nowhere at these fixed values? By intervals, also for what is left
-/// when unknowns are eliminated. Numbers as they are typed are exact, others have rounding errors.
+/// Is it proved that these equations hold nowhere at these fixed values? By intervals, before and after
+/// elimination of unknowns. Typed numbers are exact; others have rounding errors.
 bool is_proved(const StartSystem& s, const Conflict& conflict) {
   constexpr std::size_t most_eliminated = 20;
   std::vector<Expr> rows;
@@ -99,7 +100,7 @@ bool is_proved(const StartSystem& s, const Conflict& conflict) {
   return has_no_solution(eliminated(s, rows, is_fixed, is_never_zero), known);
 }
 
-/// Fixes, then equations, that are not needed for a proof are left out; nothing where there is no proof.
+/// A conflict with a proof, reduced to the necessary fixes and equations; empty if there is no proof.
 std::optional<Conflict> proved_conflict(const StartSystem& s) {
   constexpr std::size_t most_rows = 200;
   Conflict conflict;
@@ -115,8 +116,7 @@ std::optional<Conflict> proved_conflict(const StartSystem& s) {
   return conflict;
 }
 
-/// The equation with the fewest unknowns, all of them fixed, that the given values
-/// violate; nothing where there is none.
+/// The shortest equation with all unknowns fixed that the given values violate; empty if there is none.
 std::optional<Conflict> conflict_in_one_equation(const StartSystem& s) {
   std::unordered_map<Expr, std::size_t> fixed;
   for (std::size_t k = 0; k < s.fixes(); ++k)
@@ -135,13 +135,13 @@ std::optional<Conflict> conflict_in_one_equation(const StartSystem& s) {
   return best;
 }
 
-/// Drops every fix that is not needed for the contradiction; then the rows in which something is left.
+/// Drops every fix that is unnecessary for the contradiction; then keeps the rows with a remaining residual.
 Conflict smallest_conflict(const StartSystem& s, const StartSolution& failed) {
   constexpr std::size_t most_trials = 40;
   Selection selection{std::vector<char>(s.rows.size(), 1), {}};
   std::vector<std::size_t> candidates;
   for (std::size_t i = s.first_fix; i < s.rows.size(); ++i) candidates.push_back(i);
-  if (candidates.size() > most_trials)  // where the least-squares solution leaves nothing, nothing conflicts
+  if (candidates.size() > most_trials)  // fixes with zero least-squares residuals do not conflict
     std::erase_if(candidates, [&](std::size_t i) {
       const bool quiet = !takes_part(failed.residual[i]);
       if (quiet) selection.rows[i] = 0;
@@ -171,7 +171,7 @@ Conflict smallest_conflict(const StartSystem& s, const StartSolution& failed) {
     if (takes_part(least.residual[i])) conflict.equations.push_back(i);
   if (conflict.equations.size() > most_trials) return conflict;
   const auto all = conflict.equations;
-  for (auto i = all.rbegin(); i != all.rend(); ++i) {  // what was written by the user stays longest
+  for (auto i = all.rbegin(); i != all.rend(); ++i) {  // the user's own fixes are dropped last
     selection.rows[*i] = 0;
     if (solve_start(s, selection).solved)
       selection.rows[*i] = 1;
@@ -181,7 +181,7 @@ Conflict smallest_conflict(const StartSystem& s, const StartSolution& failed) {
   return conflict;
 }
 
-/// The equations at the fixed values, with the other unknowns as near to a solution as they come.
+/// The equations at the fixed values, with the other unknowns as close to a solution as possible.
 std::unordered_map<Expr, double> nearest_miss(const StartSystem& s, const Conflict& conflict) {
   Selection selection{std::vector<char>(s.rows.size(), 1), std::vector<char>(s.unknowns.size(), 0)};
   for (std::size_t i = s.first_fix; i < s.rows.size(); ++i) selection.rows[i] = 0;
@@ -195,8 +195,7 @@ std::unordered_map<Expr, double> nearest_miss(const StartSystem& s, const Confli
   }
   w = gauss_newton(s, w, selection).w;
   const auto size = [&] { return s.residual(w).head(static_cast<Index>(s.first_fix)).norm(); };
-  for (Index j = 0; j < w.size() && w.size() <= dense_up_to;
-       ++j) {  // minima are flat: 0 reads better than 1e-4
+  for (Index j = 0; j < w.size() && w.size() <= dense_up_to; ++j) {  // minima are flat; prefer 0 to 1e-4
     if (selection.held[j] || std::fabs(w[j]) > 0.01 * s.unit[j]) continue;
     const double before = size(), old = std::exchange(w[j], 0);
     if (!(size() <= before * 1.001)) w[j] = old;
@@ -210,8 +209,7 @@ std::string short_label(const StartSystem& s, std::size_t row) {
   return label.starts_with(word) ? label.substr(word.size()) : label;
 }
 
-/// Equations of a conflict all of whose unknowns are fixed by these rows, where the
-/// given values violate them.
+/// Equations of a conflict with all unknowns fixed by these rows and violated by the given values.
 std::vector<std::string> violations_of_given_values(const StartSystem& s, const Conflict& conflict,
                                                     const std::vector<std::size_t>& fixes) {
   Vec w = first_point(s, 0);
@@ -268,7 +266,7 @@ std::vector<std::string> violations(const StartSystem& s, const Conflict& confli
   return lines;
 }
 
-/// Fixed values of what the equations give as a number.
+/// Reports fixes of unknowns whose values the equations determine as numbers.
 std::vector<std::string> given_by_equations(const StartSystem& s, const Conflict& conflict) {
   std::vector<std::string> lines;
   for (std::size_t i : conflict.fixes) {
@@ -282,8 +280,8 @@ std::vector<std::string> given_by_equations(const StartSystem& s, const Conflict
   return lines;
 }
 
-/// "C{ v0 = false } or L{ i0 = false }": parts whose own values at the start are in the conflict; nothing
-/// where some of its values are asked for.
+/// "C{ v0 = false } or L{ i0 = false }": parts whose declared start values are in the conflict; empty if the
+/// request contains some of these values.
 std::string parts_to_release(const StartSystem& s, const Conflict& conflict) {
   std::vector<std::string> words;
   for (std::size_t i : conflict.fixes) {
@@ -303,7 +301,7 @@ std::string parts_to_release(const StartSystem& s, const Conflict& conflict) {
   return join(words, " or ");
 }
 
-/// What can be done about contradicting values.
+/// Advice on contradicting values.
 std::string remedy(const StartSystem& s, const Conflict& conflict) {
   const std::string parts = parts_to_release(s, conflict);
   return parts.empty()

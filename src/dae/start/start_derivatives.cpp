@@ -1,4 +1,4 @@
-// Derivatives at a start that its model does not name, such as z′ of an algebraic variable: they follow from
+// Derivatives at a start that its model does not contain, such as z′ of an algebraic variable, computed from
 // the equations and their derivatives.
 #include "dae/start/start_derivatives.hpp"
 
@@ -16,8 +16,8 @@ namespace {
 
 using Eigen::Index;
 
-/// The equations differentiated k times, as a linear problem for what is not known yet; a nonlinear one takes
-/// several steps of Gauss-Newton.
+/// The equations differentiated k times, as a linear problem for the unknown derivatives; nonlinear ones take
+/// several Gauss–Newton steps.
 class Extension {
  public:
   Extension(const DerivativeArray& array, const std::unordered_map<Expr, double>& known)
@@ -39,8 +39,8 @@ class Extension {
     }
     const auto entries = sparse_jacobian(rows_, unknowns_);
     const Balance scale = balance(numbers(entries));
-    constexpr int steps = 8;            // of Newton's method, quadratic: linear levels take one step each
-    constexpr double accuracy = 1e-13;  // of all unknowns together, in their units
+    constexpr int steps = 8;            // Newton steps; a linear level takes one
+    constexpr double accuracy = 1e-13;  // of all unknowns, relative to their units
     for (int step = 1;; ++step) {
       const Mat J = scale(numbers(entries));
       const Eigen::CompleteOrthogonalDecomposition<Mat> decomposition(J);
@@ -83,10 +83,11 @@ class Extension {
     });
   }
 
-  /// Where pivots have been taken for 0, rows stay as they were. Known values fulfil equations to 10⁻¹⁰ of
-  /// their terms, and derivatives of them to some digits less.
+  /// Do the rows hold? They do not if pivots were taken for 0. Known values satisfy the equations to 10⁻¹⁰ of
+  /// their terms, and derivatives to some digits less.
   static bool solved(const Mat& J, const Vec& x, const Vec& r) {
-    constexpr double visible = 1e-6, rounding = 1e-12;  // of the terms of the row, of the largest unknown
+    // relative to the terms of the row; relative to the largest unknown
+    constexpr double visible = 1e-6, rounding = 1e-12;
     const Mat size = J.cwiseAbs();
     const Vec terms =
         visible * size * x.cwiseAbs() + rounding * x.lpNorm<Eigen::Infinity>() * size.rowwise().sum();
@@ -101,7 +102,7 @@ class Extension {
 
 bool add_derivatives(const Model& model, const std::vector<Expr>& wanted, const Substitution& inputs,
                      std::unordered_map<Expr, double>& values) {
-  constexpr int deepest = 8;  // differentiations; the index of what people write is at most 5
+  constexpr int deepest = 8;  // differentiations; practical models have an index of at most 5
   constexpr std::size_t most = 400;
   std::vector<Expr> residuals = model.residuals;
   if (residuals.size() > most) return false;
@@ -113,7 +114,7 @@ bool add_derivatives(const Model& model, const std::vector<Expr>& wanted, const 
     for (Expr leaf : leaves(array.rows())) {
       const Symbol& s = symbol_of(leaf);
       if (s.kind == Kind::variable || s.kind == Kind::constant || known.count(leaf)) continue;
-      if (!s.value) return false;  // the derivative of an input of which only numbers are known
+      if (!s.value) return false;  // the derivative of an input that is given by numbers only
       known[leaf] = evaluate(std::span<const Expr>(&*s.value, 1), {})[0];
     }
     if (const auto found = Extension(array, known).values(wanted)) {

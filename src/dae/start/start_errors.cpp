@@ -42,7 +42,7 @@ std::optional<Undefined> undefined_at(const StartSystem& s, const std::unordered
 
 // ── freedom ──
 
-/// "(x, y) may move along (1, -2)", one line for every direction, each with its own recommended unknown.
+/// "(x, y) may move along (1, -2)": one line per direction, each with a recommended unknown of its own.
 std::vector<std::string> directions(const StartSystem& s, const Freedom& open) {
   constexpr Index most = 3;
   const Index n = open.undetermined.cols();
@@ -77,10 +77,10 @@ bool works(const ModelPtr& model, const StartRequest& request) {
   }
 }
 
-/// A request that leaves nothing open: zeros if they will do, else values like those of the point.
+/// Values that complete the request: zeros if possible, else values like those at the point.
 std::optional<LeafValues> completion(const ModelPtr& model, const StartSystem& s, const Vec& w,
                                      const Freedom& open) {
-  static thread_local bool searching = false;  // a trial may be incomplete again: its error needs no advice
+  static thread_local bool searching = false;  // a trial may be incomplete as well; its error needs no advice
   if (searching || w.size() > dense_up_to) return {};
   searching = true;
   std::optional<LeafValues> found;
@@ -119,7 +119,7 @@ std::string key_text(Expr leaf) {
   const std::string name =
       symbol.vector.empty() ? symbol.name : text(symbol.vector, "[", symbol.component, "]");
   const std::string& declared = symbol.vector.empty() ? symbol.name : symbol.vector;
-  if (!is_lua_name(declared))  // the path of a part: as text
+  if (!is_lua_name(declared))  // the path of a part is written as text
     return text("[\"", name, symbol.order == 1 ? ".dot" : std::string(symbol.order, '\''), "\"]");
   if (symbol.order == 0) return symbol.vector.empty() ? name : "[" + name + "]";
   if (symbol.order > 2) return text("[der(", name, ", ", symbol.order, ")]");
@@ -139,8 +139,8 @@ std::string call_text(const LeafValues& fix, const LeafValues& guess) {
   return call + " }";
 }
 
-/// "; c.s is 0 there": variables that were eliminated and vanish inside e. Where e has no value it divides by
-/// one of them, the length of a spring for instance.
+/// "; c.s is 0 there": eliminated variables in e that vanish. If e has no value, it divides by one of them,
+/// such as the length of a spring.
 static std::string vanishing(const StartSystem& s, Expr e, const std::unordered_map<Expr, double>& point) {
   const std::vector<Expr> nodes = topological({&e, 1});
   const std::unordered_set<Expr> inside(nodes.begin(), nodes.end());
@@ -199,7 +199,8 @@ static std::vector<Expr> leaves_of(const StartSystem& s, const std::vector<Index
   return list;
 }
 
-/// Where the equations have lost rank: with what vanishes, and with the solutions that meet there.
+/// Explains a point at which the equations lose rank: the vanishing expressions, and the solutions
+/// that meet there.
 static std::string singular_here(const ModelPtr& model, const StartSystem& s, const Vec& w, int rank) {
   const Crossing crossing = crossing_at(model, s, w);
   std::string words = text("\n  The equations are singular here", crossing.factors.empty() ? "" : ", where ",

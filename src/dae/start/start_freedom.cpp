@@ -1,5 +1,5 @@
-// What equations and fixes leave open at a point: ranks by orthogonal decompositions, for large systems by
-// sparse elimination with the columns in classes.
+// The freedom that equations and fixes leave at a point: ranks by orthogonal decompositions, in large systems
+// by sparse elimination with the columns divided into classes.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -17,7 +17,7 @@ namespace {
 using Index = Eigen::Index;
 using Sparse = Eigen::SparseMatrix<double>;
 
-constexpr double independent = 1e-9;  // part of a unit row that must be new for it to count
+constexpr double independent = 1e-9;  // new part of a unit row above which it counts as independent
 constexpr double independent_at_double_root = 1e-5;
 constexpr double movable = 1e-8;  // part of a unit direction that counts as motion
 
@@ -63,7 +63,7 @@ class RowSpace {
   Index rank_ = 0;
 };
 
-/// Rows of N that together determine all its columns: of nearly equal ones the first.
+/// Rows of N that determine all its columns; of nearly equal rows the first.
 std::vector<Index> pivots(Mat N, const std::vector<Index>& candidates) {
   constexpr double nearly = 0.7;
   Mat M(static_cast<Index>(candidates.size()), N.cols());
@@ -85,9 +85,9 @@ std::vector<Index> pivots(Mat N, const std::vector<Index>& candidates) {
   return chosen;
 }
 
-/// A fixed unknown may hide the others of a row: a stiff spring, held at 0, all that the row says about
-/// accelerations. Its column is made smaller, which changes no rank; not where the
-/// others are rounding errors.
+/// Scales down the columns of fixed unknowns that hide the other entries of a row: a stiff spring held at
+/// 0 hides what the row says about accelerations. The rank does not change. Skipped if the other entries
+/// are rounding errors.
 void uncover(const StartSystem& s, Mat& J) {
   constexpr double noise = 1e-14;
   const std::vector<char> fixed = s.fixed();
@@ -105,10 +105,11 @@ void uncover(const StartSystem& s, Mat& J) {
   }
 }
 
-/// As many rows as unknowns, of which each is by far no combination of the others: of rows of unit length the
-/// distance of row i from the span of the others is 1/‖J⁻¹ eᵢ‖.
+/// Is J square and clearly regular? For rows of unit length the distance of row i from the span of the others
+/// is 1/‖J⁻¹ eᵢ‖.
 bool is_plainly_regular(Mat J) {
-  constexpr double far = 1e-6;  // thresholds are 1e-9 and 1e-5 at a double root, which is not asked
+  // well above the thresholds 1e-9 and, at double roots (which do not get here), 1e-5
+  constexpr double far = 1e-6;
   if (J.rows() != J.cols() || J.rows() == 0) return false;
   const Vec length = J.rowwise().norm();
   if (!(length.minCoeff() > 0)) return false;
@@ -118,7 +119,7 @@ bool is_plainly_regular(Mat J) {
   return inverse.allFinite() && inverse.colwise().norm().maxCoeff() < 1 / far;
 }
 
-/// Of a square system that determines all.
+/// The freedom of a square system that determines all unknowns.
 Freedom regular_freedom(const StartSystem& s) {
   Freedom f;
   f.rank_equations = static_cast<int>(s.first_fix);
@@ -143,7 +144,7 @@ Freedom dense_freedom(const StartSystem& s, Mat J, double threshold) {
   f.chosen.assign(s.unknowns.size(), 0);
   for (Index j = 0; j < n; ++j) {
     if (!covered[j]) continue;
-    const bool adds = space.add(Vec::Unit(n, j));  // a guessed multiplier follows from guessed states
+    const bool adds = space.add(Vec::Unit(n, j));  // a guessed multiplier may follow from guessed states
     const bool free = adds || j < static_cast<Index>(s.state_count);
     f.chosen[j] = free && left.cols() && left.row(j).norm() > movable;
   }
@@ -163,10 +164,10 @@ Freedom dense_freedom(const StartSystem& s, Mat J, double threshold) {
   return f;
 }
 
-/// Gaussian elimination on rows of unit size that takes pivots in the columns of one class after the
-/// other, where they cost least: (entries of the row - 1)·(rows of the column - 1), of a shortest row
-/// and a shortest column (Markowitz 1957), with threshold pivoting. A column with one row, as at the
-/// end of a chain, costs nothing.
+/// Gaussian elimination on rows of unit size that takes pivots in the columns of one class after the other.
+/// The next pivot is the cheapest entry of a shortest row or column by (entries of the row - 1)·(rows of
+/// the column - 1) (Markowitz 1957), with threshold pivoting. A column with one row, as at the end of a
+/// chain, costs nothing.
 class ClassedElimination {
  public:
   ClassedElimination(const Sparse& J, Index rows, std::vector<int> column_class)
@@ -185,7 +186,7 @@ class ClassedElimination {
     active_.assign(rows_.size(), 1);
   }
 
-  /// Columns of class c that get a pivot; returns those that do not.
+  /// Eliminates the columns of class c; returns those without a pivot.
   std::vector<Index> eliminate(int c) {
     now_ = c;
     short_rows_ = Queue(rows_.size());
@@ -222,7 +223,7 @@ class ClassedElimination {
  private:
   static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-  /// Numbers 0 … n-1 by size, those of size 0 left out.
+  /// The numbers 0 … n-1 by size, without those of size 0.
   class Queue {
    public:
     explicit Queue(std::size_t n = 0) : size_(n, 0) {}
@@ -261,8 +262,8 @@ class ClassedElimination {
     return (rows_[at(p)].size() - 1) * (columns_[at(column)].size() - 1);
   }
 
-  /// The better one of: an entry of the shortest row that is not small, in the shortest column; one of the
-  /// shortest column that is not small in its row, in the shortest row.
+  /// The cheaper of two candidates: a large enough entry of the shortest row, in the shortest column; and an
+  /// entry of the shortest column that is large enough in its row, in the shortest row.
   std::pair<Index, Index> cheapest() const {
     constexpr double threshold = 0.1;
     const Index p = short_rows_.first();
@@ -301,7 +302,7 @@ class ClassedElimination {
     }
   }
 
-  int now_ = 0;  ///< the class at work
+  int now_ = 0;  ///< the class being eliminated
   std::vector<int> class_;
   std::vector<std::map<Index, double>> rows_;
   std::vector<std::set<Index>> columns_;  ///< active rows only
@@ -312,7 +313,7 @@ class ClassedElimination {
 }  // namespace
 
 Freedom sparse_freedom(const StartSystem& s, const Sparse& J) {
-  enum { computed, state, guessed, fixed };  // pivots are wanted in this order
+  enum { computed, state, guessed, fixed };  // pivots are taken in this order
   const std::size_t n = s.unknowns.size();
   std::vector<int> classes(n, computed);
   for (std::size_t j = 0; j < s.state_count; ++j) classes[j] = state;
@@ -343,7 +344,7 @@ Freedom sparse_freedom(const StartSystem& s, const Sparse& J) {
   return f;
 }
 
-/// Factors for the columns that make the largest entries of all rows and columns 1.
+/// Column factors that scale the largest entries of all rows and columns to 1.
 static Vec column_scales(Mat J) {
   constexpr int sweeps = 3;
   Vec scale = Vec::Ones(J.cols());
@@ -359,8 +360,8 @@ static Vec column_scales(Mat J) {
   return scale;
 }
 
-/// Does every level (levels_of) determine what is new in it, with the fixes and guesses of these unknowns?
-/// Then nothing is open, whatever rounding makes of all levels together. docs/derivations.md#start.
+/// Does every level (levels_of) determine its new unknowns, given their fixes and guesses? Then nothing is
+/// open, whatever the rounding errors of all levels together. docs/derivations.md#start.
 static bool is_determined_by_levels(const StartSystem& s, const Mat& J) {
   const StartLevels& levels = levels_of(s);
   if (levels.highest < StartLevels::high) return false;
@@ -378,8 +379,8 @@ static bool is_determined_by_levels(const StartSystem& s, const Mat& J) {
   return true;
 }
 
-/// In the units of the unknowns; where that leaves something open, also in those for which the entries are
-/// alike: the tenth derivative of an equation has entries between 1 and 10⁹.
+/// The freedom in units of the unknowns and, if that leaves something open, after equilibration as well: the
+/// tenth derivative of an equation has entries between 1 and 10⁹.
 static Freedom small_freedom(const StartSystem& s, const Mat& J, double threshold) {
   Freedom f = dense_freedom(s, J, threshold);
   if (f.count == 0) return f;
@@ -396,8 +397,8 @@ static Freedom small_freedom(const StartSystem& s, const Mat& J, double threshol
   return other;
 }
 
-/// Is every block of the square Jacobian plainly regular, by entries that are accurate beside themselves? One
-/// that is another one as near as a solution is known may be 0 at the solution.
+/// Is every block of the square Jacobian clearly regular, counting only entries with a small relative error?
+/// An entry that changes within the accuracy of the solution may be 0 at the exact one.
 static bool has_regular_blocks(const StartSystem& s, const Vec& w, Mat J) {
   constexpr double known = 1e-9, accurate = 0.1, golden = 0.6180339887498949;
   if (J.rows() != J.cols()) return false;
@@ -418,7 +419,7 @@ static bool has_regular_blocks(const StartSystem& s, const Vec& w, Mat J) {
 
 Freedom freedom(const StartSystem& s, const Vec& w, bool slow) {
   Sparse J = s.jacobian(w);
-  for (Index k = 0; k < J.nonZeros(); ++k)  // √x at a fixed 0: what counts is that x occurs
+  for (Index k = 0; k < J.nonZeros(); ++k)  // √x at a fixed 0: only the occurrence of x matters
     if (!std::isfinite(J.valuePtr()[k])) J.valuePtr()[k] = 1;
   if (w.size() <= dense_up_to && !slow) {
     Freedom f = small_freedom(s, Mat(J), independent);

@@ -1,10 +1,10 @@
-// nearest = true: fixed values that contradict the equations move onto them, as little as possible.
+// nearest = true: moves fixed values that contradict the equations onto them, as little as possible.
 //
 //   min ½ Σ_k ((w_k - fix_k)/s_k)²   subject to   0 = r(w)
 //
-// First a point on the equations, from the fixes as a guess; then Newton's method on the Lagrangian with
-// exact second derivatives (Nocedal & Wright, Numerical Optimization, 2nd ed., §18.1), with a least step back
-// onto the equations after every step, and steps shortened until the distance does not grow.
+// First a point on the equations, with the fixes as guesses. Then Newton's method on the Lagrangian with
+// exact second derivatives (Nocedal & Wright, Numerical Optimization, 2nd ed., §18.1), a minimal correction
+// back onto the equations after every step, and steps shortened until the distance does not grow.
 #include <algorithm>
 #include <cmath>
 
@@ -52,7 +52,7 @@ class Nearest {
       };
       if (!goes_on(newton) && !goes_on(gauss)) break;
     }
-    // What is left of the fixes is what moved; the equations hold.
+    // the equations hold; the fixes have moved by the remaining distance
     return at;
   }
 
@@ -63,8 +63,9 @@ class Nearest {
     return weight_.cwiseProduct((w - target_).cwiseQuotient(s_.unit)).norm();
   }
 
-  /// From the fixes themselves, what is free solved for beside them: a least step of all together would
-  /// rather move coordinates by a percent than an acceleration by 10⁷ of a unit that nothing tells.
+  /// Starts from the fixes and first solves for the free unknowns alone. A minimal step of all unknowns
+  /// would change coordinates by a percent to avoid an acceleration of 10⁷ in a unit that the equations
+  /// do not determine.
   StartSolution beside_fixes(Vec w) const {
     constexpr int few = 5;
     for (Index j = 0; j < w.size(); ++j)
@@ -117,9 +118,8 @@ class Nearest {
     return H;
   }
 
-  /// Makes the rows of J 1 long, and columns of unknowns that may move freely: accelerations in
-  /// nanometres have units of 10⁻⁹ … 10⁹ where nothing but their equations tells them. What J
-  /// was multiplied by: rows, columns.
+  /// Scales the rows of J to length 1, and so the columns of free unknowns: accelerations in nanometres have
+  /// units of 10⁻⁹ … 10⁹ if only their own equations determine them. Returns the factors of rows and columns.
   std::pair<Vec, Vec> scales(Mat& J) const {
     Vec row = Vec::Ones(J.rows()), column = Vec::Ones(n_);
     const auto inverse = [](double length) { return length > 0 ? 1 / length : 1.0; };
@@ -139,9 +139,9 @@ class Nearest {
     return {row, column};
   }
 
-  /// In units: the step in the null space of J (the point satisfies the equations) that minimises the
-  /// model, and the one without the curvature of the equations: that descends always, also where the
-  /// other is lost in rounding errors.
+  /// Two steps, in units, in the null space of J (the point satisfies the equations): the one that minimises
+  /// the quadratic model, and the one without the curvature of the equations, which always descends, even if
+  /// the other is lost in rounding errors.
   std::pair<Vec, Vec> steps(const Vec& w) const {
     Mat J = Mat(s_.jacobian(w)).topRows(static_cast<Index>(s_.first_fix));
     const std::pair<Vec, Vec> scaled = scales(J);
@@ -171,10 +171,12 @@ class Nearest {
   std::vector<Entry> hessian_;
 };
 
-/// Large systems: the constraints linearised, second derivatives left out (which is exact where nothing has
-/// to move, and converges linearly with the size of the moves): [W Jᵀ; J 0] [d; λ] = [-W (w - fix); -r].
+/// For large systems: linearised constraints without second derivatives. Exact if nothing has to
+/// move, otherwise linearly convergent at a rate proportional to the moves: [W Jᵀ; J 0] [d; λ] = [-W
+/// (w - fix); -r].
 StartSolution sparse_nearest(const StartSystem& s) {
-  constexpr double slight = 1e-10, redundant = 1e-12;  // hold what nothing determines; equations that depend
+  // weights for undetermined unknowns, and for dependent equations
+  constexpr double slight = 1e-10, redundant = 1e-12;
   constexpr int most_steps = 60;
   const auto n = static_cast<Index>(s.unknowns.size()), m = static_cast<Index>(s.first_fix);
   Selection equations;

@@ -1,5 +1,5 @@
-// Starts of piecewise models (ifelse, abs, min, max) whose regions differ in index: the region that is active
-// at the start decides which hidden constraints hold there.
+// Starts of piecewise models (ifelse, abs, min, max) whose regions differ in index: the region active at the
+// start determines the hidden constraints there.
 #include <bit>
 
 #include "base/error.hpp"
@@ -10,14 +10,14 @@
 namespace pendula::dae {
 namespace {
 
-constexpr std::size_t affordable = 40;  // unknowns of a model whose regions are solved one by one
+constexpr std::size_t affordable = 40;  // unknowns of a model up to which the regions are solved individually
 constexpr std::size_t most_choices = 8;
-constexpr std::size_t most_reasons = 8;  // that an error lists
+constexpr std::size_t most_reasons = 8;  // listed in an error
 
 }  // namespace
 
 ConsistentStatePtr start_in_region(const ModelPtr& model, const StartRequest& request) {
-  if (request.nearest) {  // values that some region takes as they are do not move onto another one
+  if (request.nearest) {  // prefer a region that accepts the values unchanged
     StartRequest exact = request;
     exact.nearest = false;
     try {

@@ -1,5 +1,5 @@
-// Starts on the border of a sign. Dry friction of a body at rest is the force that keeps it at rest, if that
-// is within the limit of friction, else this limit.
+// Starts on the border of a sign. Dry friction on a body at rest is the force that keeps it at rest, up to
+// the limit of friction.
 #include <algorithm>
 #include <cmath>
 
@@ -29,7 +29,8 @@ std::vector<Expr> signs_at_zero(const Model& model, const ConsistentState& at) {
   return nodes;
 }
 
-/// Each sign is 1, -1, 0 where the argument stays 0 whatever the sign, or an unknown that keeps it there.
+/// A model in which each sign is 1, -1, 0 (if its argument stays 0 for any sign), or an unknown that keeps
+/// the argument at 0.
 struct Trial {
   ModelPtr model;
   Region region;
@@ -91,7 +92,7 @@ ConsistentStatePtr start_on_signs(const ModelPtr& model, const StartRequest& req
                             [&](const LedgerRow& own) { return own.leaf == row.leaf; });
       });
       return found;
-    } catch (const UserFacing&) {  // this one has no start: another may
+    } catch (const UserFacing&) {  // no start with these signs; others are tried
     }
   }
   return nullptr;

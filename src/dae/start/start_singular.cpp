@@ -1,4 +1,4 @@
-// Starts at singular points, where the equations of index 1 do not determine x′ and z: the start does not
+// Starts at singular points, where the index-1 equations do not determine x′ and z. Either the start does not
 // determine the solution, or only one of the values that satisfy the equations continues smoothly. Also
 // nearly singular starts, some values of which have no correct digits.
 #include <algorithm>
@@ -29,7 +29,7 @@ namespace {
 using Index = Eigen::Index;
 
 constexpr std::size_t most_by_svd = 60;  // unknowns; singular values cost O(n³)
-constexpr std::size_t continued = 12;    // unknowns of a model whose smooth continuation is searched
+constexpr std::size_t continued = 12;    // unknowns of a model up to which a smooth continuation is searched
 
 std::vector<Expr> unknowns_of_step(const Model& low) {
   std::vector<Expr> list = low.top_derivatives();
@@ -38,7 +38,7 @@ std::vector<Expr> unknowns_of_step(const Model& low) {
   return list;
 }
 
-/// "t = 0, y = 0": what vanishes there.
+/// "t = 0, y = 0": the vanishing expressions.
 std::string vanishing(const ModelPtr& model, const std::unordered_map<Expr, double>& point) {
   constexpr double zero = 1e-9;
   std::vector<std::string> words;
@@ -53,8 +53,8 @@ std::string vanishing(const ModelPtr& model, const std::unordered_map<Expr, doub
   return join(words, ", ");
 }
 
-/// Does what vanishes there vanish along the solution too, as far as its derivative tells? Then unknowns stay
-/// open; an isolated singular point, such as z = 0 of z³ = t, is passed.
+/// Does a vanishing expression vanish along the solution as well, by its derivative? Then unknowns stay open.
+/// An isolated singular point, such as z = 0 of z³ = t, is passed.
 bool stays_singular(const ModelPtr& model, const std::unordered_map<Expr, double>& point) {
   constexpr double zero = 1e-9;
   for (const SingularityCondition& c : singularity_conditions(model)) {
@@ -70,7 +70,8 @@ bool stays_singular(const ModelPtr& model, const std::unordered_map<Expr, double
   return false;
 }
 
-/// x′ = f of a form: f was divided by what vanishes there, and says nothing about the model.
+/// Rejects starts of an explicit form x′ = f at which f divides by zero; they give no information
+/// about the model.
 void refuse_division(const ModelPtr& model, const std::unordered_map<Expr, double>& point) {
   if (!stays_singular(model, point)) return;
   throw Error(text("the start lies on a singular point (", vanishing(model, point), "), where form \"",
@@ -79,10 +80,10 @@ void refuse_division(const ModelPtr& model, const std::unordered_map<Expr, doubl
                    "  Start near it: other values in fix or guess"));
 }
 
-/// x′ and z of the solution that continues smoothly, if the differentiated equations determine them at the
-/// point with these states: t x′ = -x + 2 t at t = 0 differentiated gives x′ = 1.
+/// x′ and z of the smooth continuation if the differentiated equations determine them for these states: t x′
+/// = -x + 2 t differentiated gives x′ = 1 at t = 0.
 struct Continuation {
-  std::string text;      ///< "x′ = 1"; empty: there is none
+  std::string text;      ///< "x′ = 1"; empty if there is none
   bool is_here = false;  ///< the start has these values
 };
 
@@ -130,7 +131,7 @@ Continuation smooth_continuation(const StartSystem& s, const Vec& w) {
   return {};
 }
 
-/// The equations with their denominators multiplied away; nothing where algebra does not do it.
+/// The equations multiplied by their denominators; empty if that is not possible.
 ModelPtr without_denominators(const ModelPtr& model) {
   ModelOptions options = child_of(model);
   declare_unknowns(options, *model);
@@ -208,7 +209,7 @@ void require_regular_point(const ModelPtr& model, const StartSystem& s, const Ve
     if (N.row(j).norm() > 1e-6) open.push_back(unknowns[j]);
   const std::string where = vanishing(model, s.point(w));
   const Continuation smooth = smooth_continuation(s, w);
-  if (smooth.text.empty() && !is_determined) return;  // what is open is the better explanation
+  if (smooth.text.empty() && !is_determined) return;  // open unknowns are the better explanation
   if (smooth.text.empty() && !stays_singular(model, s.point(w))) return;
   if (smooth.is_here) return;
   throw Error(text(
@@ -218,7 +219,7 @@ void require_regular_point(const ModelPtr& model, const StartSystem& s, const Ve
       "\n  Start near it: another time, or other values in fix or guess", redundancy_hint(model, open)));
 }
 
-/// Rows and columns of what is not given: fixed values are exact, and so are the rows that fix them.
+/// Rows and columns without the fixed values, which are exact, and the rows that fix them.
 static std::pair<std::vector<Index>, std::vector<Index>> what_is_not_fixed(const StartSystem& s) {
   const std::vector<char> fixed = s.fixed();
   std::pair<std::vector<Index>, std::vector<Index>> list;
@@ -229,8 +230,8 @@ static std::pair<std::vector<Index>, std::vector<Index>> what_is_not_fixed(const
   return list;
 }
 
-/// J⁻¹ (F(w + δ) - F(w) - J δ), δ some units in the last places: what the rounding
-/// errors of the residuals become.
+/// The effect of rounding errors of the residuals on the unknowns: J⁻¹ (F(w + δ) - F(w) - J δ) for δ of some
+/// units in the last place.
 static Vec rounding_in_unknowns(const StartSystem& s, const Vec& w) {
   constexpr int looks = 3;
   const auto [rows, columns] = what_is_not_fixed(s);
@@ -256,7 +257,8 @@ static Vec rounding_in_unknowns(const StartSystem& s, const Vec& w) {
     const Vec off = s.residual(moved) - here - linear;
     if (off.allFinite()) noise.col(look) = row.cwiseProduct(Vec(off(rows)));
   }
-  // Elimination keeps apart what hangs on numbers of 10²⁰⁰ and what does not, as reflections do not.
+  // Elimination keeps entries of size 10²⁰⁰ apart from unrelated small ones; orthogonal
+  // transformations mix them.
   const Mat moves = scaled.rows() == scaled.cols()
                         ? Mat(Eigen::PartialPivLU<Mat>(scaled).solve(noise))
                         : Mat(Eigen::CompleteOrthogonalDecomposition<Mat>(scaled).solve(noise));
@@ -271,13 +273,13 @@ static Vec rounding_in_unknowns(const StartSystem& s, const Vec& w) {
 }
 
 std::optional<LostDigits> lost_digits(const StartSystem& s, const Vec& w) {
-  constexpr double many = 1e-2, visible = 1e-9;  // of the value, and of its unit
+  constexpr double many = 1e-2, visible = 1e-9;  // relative to the value; relative to its unit
   if (w.size() == 0 || w.size() > dense_up_to) return {};
   const Vec error = rounding_in_unknowns(s, w);
   std::optional<LostDigits> lost;
   double worst = 1;
   for (Index j = 0; j < w.size(); ++j) {
-    if (w[j] == 0) continue;  // 0 satisfies the equations to rounding
+    if (w[j] == 0) continue;  // 0 satisfies the equations to within rounding
     const double share = error[j] / (many * std::fabs(w[j]) + visible * s.unit[j]);
     if (share > worst) {
       worst = share;
@@ -287,11 +289,12 @@ std::optional<LostDigits> lost_digits(const StartSystem& s, const Vec& w) {
   return lost;
 }
 
-/// u, v of the smallest singular value σ: uᵀF(w + e v) = σ e + ½ κ e² with κ = uᵀ F″(v, v), and residuals are
-/// known to noise = |u|ᵀ (their rounding errors). So e is open by the lesser of noise/σ and √(2 noise/|κ|).
+/// Uses the singular vectors u, v of the smallest singular value σ: uᵀF(w + e v) = σ e + ½ κ e² with κ = uᵀ
+/// F″(v, v). The residuals are known to noise = |u|ᵀ (their rounding errors), hence e is known to the smaller
+/// of noise/σ and √(2 noise/|κ|).
 std::optional<LostDigits> digits_at_double_root(const StartSystem& s, const Vec& w) {
   constexpr double step = 1e-4, open = 1e-3,
-                   visible = 1e-9;  // of ω; of the largest component of v; of the unit
+                   visible = 1e-9;  // relative to ω; to the largest component of v; to the unit
   if (w.size() == 0 || w.size() > dense_up_to) return {};
   const auto [rows, columns] = what_is_not_fixed(s);
   const Mat whole(s.jacobian(w));

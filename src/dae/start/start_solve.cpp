@@ -21,16 +21,18 @@ using Sparse = Eigen::SparseMatrix<double>;
 constexpr double solved_below = 1e-10;  // scaled residual that counts as satisfied
 constexpr double unit_roundoff = std::numeric_limits<double>::epsilon() / 2;
 constexpr int max_iterations = 60;
-constexpr double shortest_step = 1e-4;   // of a full step, or beside the point: shorter ones have stalled
-constexpr double polishing_step = 0.75;  // at a solution: a full step that makes it no better is rounding
+// of a full step, or relative to the point; with shorter steps the iteration has stalled
+constexpr double shortest_step = 1e-4;
+constexpr double polishing_step = 0.75;  // at a solution; a full step that does not improve it is rounding
 constexpr double sufficient = 0.1;       // share of the predicted decrease that a step must bring
 constexpr double rounding_step =
-    1e-15;  // relative to every unknown itself: the unit of one may be far too large
-// A double root halves the distance with every step; steps above `visible` count, six in a row are enough.
+    1e-15;  // relative to the value of every unknown, since a unit may be far too large
+// At a double root every step halves the distance. Only steps above `visible` count; six
+// in succession suffice.
 constexpr double visible = 1e-7, half_low = 0.4, half_high = 0.6;
 constexpr int double_root_after = 6;
 
-/// Residual and Jacobian of the rows that take part, in the unknowns that may move.
+/// Residual and Jacobian of the selected rows, in the unknowns that are free to move.
 class Selected {
  public:
   Selected(const StartSystem& s, const Selection& selection) : s_(s), selection_(selection) {}
@@ -56,13 +58,13 @@ class Selected {
   const Selection& selection_;
 };
 
-/// |r_i| / (1 + Σ_j |J_ij ω_j|): 1 is the row's unit.
+/// r_i| / (1 + Σ_j |J_ij ω_j|), where 1 is the unit of the row.
 Vec relative(const Vec& r, const Sparse& J, const Vec& omega) {
   return r.cwiseAbs().cwiseQuotient(Vec::Ones(r.size()) + J.cwiseAbs() * omega.cwiseAbs());
 }
 
-/// The largest residual beside its rounding errors: those of the evaluation at w, whose digits are rounded
-/// too, and those of `zero` units, which is what 0 is measured by.
+/// The largest residual relative to its rounding errors: those of the evaluation at w and of the digits of w
+/// itself, and those of `zero` units, the scale for values of 0.
 double excess(const StartSystem& s, const Selected& system, const Vec& w, double zero) {
   const Vec r = system.residual(w);
   const Sparse J = system.jacobian(w);
@@ -75,10 +77,9 @@ double excess(const StartSystem& s, const Selected& system, const Vec& w, double
       .maxCoeff();
 }
 
-/// Is every residual as small as rounding makes it? Where it is not, steps follow as long as they
-/// halve the worst one beside its rounding errors; false, and w as it was, where that does not lead
-/// there. Of 5000 starts of the tests those that are solutions exceeded these errors by factors up
-/// to 6, the others by 70 and more.
+/// Is every residual at its rounding level? If not, takes steps as long as they halve the worst one. If that
+/// fails, returns false and leaves w unchanged. In 5000 starts of the tests, residuals of solutions exceeded
+/// these errors by factors of up to 6, others by 70 or more.
 bool refine(const StartSystem& s, const Selected& system, Vec& w) {
   double before = INFINITY;
   for (Vec at = w;;) {
@@ -93,8 +94,8 @@ bool refine(const StartSystem& s, const Selected& system, Vec& w) {
   }
 }
 
-/// What has no guess moves a thousand times more readily than a state that has one; algebraic variables and
-/// derivatives, which follow from the states, thirty times.
+/// Step weights: unknowns without a guess move a thousand times more readily than guessed states; guessed
+/// algebraic variables and derivatives, which follow from the states, thirty times.
 Vec reaches(const StartSystem& s) {
   constexpr double ready = 1e3, follows = 30;
   const auto& guessed = s.guessed();
@@ -107,14 +108,14 @@ Vec reaches(const StartSystem& s) {
 
 }  // namespace
 
-/// Damped Gauss-Newton until no step makes it better.
+/// Damped Gauss-Newton until no step improves the point.
 static StartSolution descend(const StartSystem& s, const Selected& system, Vec w) {
   const Vec reach = reaches(s);
   StartSolution out;
   out.w = w;
   out.residual = Vec::Constant(static_cast<Index>(s.rows.size()), INFINITY);
   double last_step = 0;
-  int halvings = 0;  // full steps in a row that shrank by half: a double root
+  int halvings = 0;  // consecutive full steps that shrank by half: a double root
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     poll_interrupt();
     const Vec r = system.residual(w);
@@ -133,9 +134,9 @@ static StartSolution descend(const StartSystem& s, const Selected& system, Vec w
     Vec step = reach.cwiseProduct(least_step(weighted, weight.cwiseProduct(r)));
     if (!step.allFinite()) break;
     const double size = weight.cwiseProduct(r).norm();
-    // each unknown beside itself: units of some may be too small by many orders
+    // relative to each unknown itself, since units may be too small by many orders
     const double full = step.cwiseQuotient(Vec::Ones(w.size()) + omega.cwiseAbs()).cwiseAbs().maxCoeff();
-    // from z = 0 to z³ + z = 10⁹, a full step is 10⁹, and the way to the solution 10³
+    // from z = 0 to the solution 10³ of z³ + z = 10⁹ a full step is 10⁹
     const double shortest = out.solved ? polishing_step : shortest_step / std::max(1.0, full);
     double alpha = 1;
     Vec trial;
@@ -147,7 +148,7 @@ static StartSolution descend(const StartSystem& s, const Selected& system, Vec w
       }
     };
     search(step);
-    // a row may look like others where its small entries alone say something new
+    // a row may resemble others and differ only in its small entries
     if (alpha <= shortest && !out.solved && J.cols() <= dense_up_to)
       if (const auto other = solve_by_blocks(Mat(J), Vec(-r))) search(step = *other);
     const double moved = alpha * step.norm(), far = 1 + omega.norm();
@@ -162,8 +163,8 @@ static StartSolution descend(const StartSystem& s, const Selected& system, Vec w
   return out;
 }
 
-/// Numbers that were typed or printed have nine digits at least: fixed values that others determine may be
-/// off by as much, and move onto the equations.
+/// Numbers that were typed or printed have at least nine digits. Fixed values that are determined by others
+/// may deviate by as much and are moved onto the equations.
 static bool settle(const StartSystem& s, const Selection& selection, Vec& w) {
   constexpr double digits = 1e-9;
   if (refine(s, Selected(s, selection), w)) return true;
@@ -181,7 +182,7 @@ static bool settle(const StartSystem& s, const Selection& selection, Vec& w) {
 
 StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selection) {
   constexpr double near =
-      1e-7;  // half of the digits: where numbers of all sizes meet, least steps may stall there
+      1e-7;  // half of the digits: with numbers of very different sizes minimal steps may stall there
   StartSolution out = descend(s, Selected(s, selection), std::move(w));
   if (out.defined && (out.residual.size() == 0 || out.residual.maxCoeff() < near))
     out.solved = settle(s, selection, out.w);
@@ -197,7 +198,8 @@ Vec first_point(const StartSystem& s, int attempt, const Selection& selection, b
     const double fraction = std::fmod((static_cast<double>(j) + 1) * golden, 1.0);
     w[j] = shift[j] = s.unit[j] * spread[attempt] * (attempt <= mirrored ? fraction : 2 * fraction - 1);
   }
-  const bool small = w.size() <= dense_up_to;  // a large model far from its guess is not solved by luck
+  // random variation does not help a large model far from its guess
+  const bool small = w.size() <= dense_up_to;
   for (const auto& [leaf, value] : s.request.guess)
     if (const auto j = s.position(resolve(s.model, leaf)))
       w[*j] = !small || keep_guess ? value : attempt == mirrored ? -value : value + shift[*j];
@@ -226,7 +228,7 @@ const StartLevels& levels_of(const StartSystem& s) {
   return levels;
 }
 
-/// The rows of all levels up to this one, or of it alone with everything held that belongs to lower ones.
+/// The rows of all levels up to this one; or of this level alone, with the unknowns of lower levels held.
 static Selection part_of(const StartSystem& s, const StartLevels& levels, int level, Selection part,
                          bool alone) {
   if (part.rows.empty()) part.rows.assign(s.rows.size(), 1);
@@ -241,9 +243,9 @@ static Selection part_of(const StartSystem& s, const StartLevels& levels, int le
   return part;
 }
 
-/// Large systems, and conditions of high order, level by level: conditions on positions,
-/// then those on velocities …, then everything. Far from a solution, accelerations and
-/// multipliers would only be in the way.
+/// Solves large systems, and conditions of high order, level by level: first the conditions on positions,
+/// then those on velocities …, finally all. Far from a solution, accelerations and multipliers would
+/// disturb the iteration.
 static StartSolution by_levels(const StartSystem& s, Vec w, const Selection& selection) {
   const StartLevels& levels = levels_of(s);
   const bool high = levels.highest >= StartLevels::high;
@@ -255,7 +257,7 @@ static StartSolution by_levels(const StartSystem& s, Vec w, const Selection& sel
       if (!next.solved) break;
       w = next.w;
     }
-    // accelerations and multipliers, where the states are
+    // accelerations and multipliers at the present states
     Selection rest = high ? part_of(s, levels, levels.highest + 1, selection, true) : selection;
     if (rest.held.empty()) rest.held.assign(s.unknowns.size(), 0);
     std::fill_n(rest.held.begin(), s.state_count, 1);
@@ -264,7 +266,7 @@ static StartSolution by_levels(const StartSystem& s, Vec w, const Selection& sel
   return gauss_newton(s, std::move(w), selection);
 }
 
-/// A row that is far from satisfied and that no unknown changes to first order: Gauss-Newton cannot help it.
+/// An unsatisfied row that no unknown changes to first order, so that Gauss-Newton cannot reduce it.
 static int stuck_row(const StartSystem& s, const Vec& w, const Selection& selection) {
   const Selected system(s, selection);
   const Vec r = system.residual(w);
@@ -281,12 +283,12 @@ static int stuck_row(const StartSystem& s, const Vec& w, const Selection& select
 
 namespace {
 
-/// One way to a solution.
+/// One attempt at a solution.
 struct Attempt {
   Selection selection;
-  int point;  ///< of first_point()
+  int point;  ///< argument of first_point()
   enum class Accept { exact, simple_root, solved } accept;
-  bool reported;  ///< its failure is one that the user may hear of
+  bool reported;  ///< whether its failure may be shown to the user
 };
 
 bool accepted(const StartSystem& s, const Attempt& attempt, const StartSolution& found) {
@@ -298,7 +300,7 @@ bool accepted(const StartSystem& s, const Attempt& attempt, const StartSolution&
 
 /// In this order:
 ///   1. all guesses held: guesses that satisfy the equations stay exactly as they are;
-///   2. guessed states held (small models): they do not move for the sake of what follows from them;
+///   2. guessed states held (small models), so that unknowns that follow from them do not move them;
 ///   3. from every first point: fixed values held, then fixed values free to move.
 std::vector<Attempt> attempts_for(const StartSystem& s, const Selection& selection) {
   std::vector<Attempt> list;
@@ -325,7 +327,7 @@ std::vector<Attempt> attempts_for(const StartSystem& s, const Selection& selecti
 
 }  // namespace
 
-/// With the exponents of the equations as unknowns of their own, from the guess.
+/// Solves with the exponents of the equations as additional unknowns, from the guess.
 static StartSolution with_lifted_exponents(const StartSystem& s, const Selection& selection) {
   std::vector<Expr> rows, unknowns, given = s.given();
   for (std::size_t i = 0; i < s.rows.size(); ++i)
@@ -356,11 +358,11 @@ StartSolution solve_start(const StartSystem& s, const Selection& selection) {
   StartSolution best;
   bool defined = false;  // at some first point
   for (const Attempt& attempt : attempts_for(s, selection)) {
-    // The user should hear of a guess where nothing has a value.
+    // a guess at which the equations are undefined must be reported
     const Vec from = first_point(s, attempt.point, selection, attempt.point > 0 && !defined);
     StartSolution next = by_levels(s, from, attempt.selection);
     if (accepted(s, attempt, next)) return next;
-    // exponentials are no reason to move a guessed state from which a start follows
+    // states with a guess must not move because of exponentials, if a start follows from them
     if (attempt.accept == Attempt::Accept::simple_root) next = with_lifted_exponents(s, attempt.selection);
     if (accepted(s, attempt, next)) return next;
     if (!attempt.reported) continue;
@@ -373,7 +375,7 @@ StartSolution solve_start(const StartSystem& s, const Selection& selection) {
   return best;
 }
 
-/// Intervals prove that the rows have no solution at the fixed values.
+/// Do intervals prove that the rows have no solution at the fixed values?
 static bool is_impossible(const StartSystem& s) {
   auto known = s.known;
   for (std::size_t k = 0; k < s.fixes(); ++k)

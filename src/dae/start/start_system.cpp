@@ -18,7 +18,7 @@ namespace pendula::dae {
 
 using Index = Eigen::Index;
 
-/// What a request says about the point.
+/// The values in a request near the point.
 static std::unordered_map<Expr, double> values_near(const StartRequest& r) {
   std::unordered_map<Expr, double> near{{time_symbol(), r.t}};
   for (const auto& [parameter, value] : r.parameters) near[parameter] = pendula::evaluate({&value, 1}, {})[0];
@@ -27,7 +27,7 @@ static std::unordered_map<Expr, double> values_near(const StartRequest& r) {
   return near;
 }
 
-/// Guesses for what was eliminated, x = a y + b with one unknown y, are guesses for y.
+/// Converts guesses for eliminated unknowns x = a y + b with one unknown y to guesses for y.
 static StartRequest with_own_guesses(const Model& m, StartRequest r) {
   std::unordered_map<Expr, double> values{{time_symbol(), r.t}};
   for (Expr p : m.parameters)
@@ -74,7 +74,7 @@ std::string missing_input(Expr leaf, const Substitution& inputs) {
       name, "] = …, [", key, "] = value or function }, or give ", name, " as an expression in t");
 }
 
-/// Writes StartEquations.
+/// Assembles StartEquations.
 class Builder {
  public:
   Builder(const ModelPtr& model, const ModelPtr& low, const StartRequest& request,
@@ -135,7 +135,7 @@ class Builder {
     made_->rows.push_back(substitute(e, inputs_));
   }
 
-  /// Derivatives of inputs that are known as expressions, where reduction needs them.
+  /// Adds derivatives of inputs that are known as expressions, if the reduced equations contain them.
   void differentiate_inputs(Expr e) {
     for (Expr leaf : leaves({&e, 1})) {
       const Symbol& s = symbol_of(leaf);
@@ -250,7 +250,7 @@ StartSystem::StartSystem(const ModelPtr& m, const StartRequest& r)
 }
 
 Magnitudes StartSystem::measure() const {
-  constexpr std::size_t most = 4, large = 2000;  // patterns that are kept, of systems that are not large
+  constexpr std::size_t most = 4, large = 2000;  // cached patterns; systems up to this size are cached
   SizeEquations::Anchors anchors;
   const std::unordered_map<Expr, double> given_sizes(request.sizes.begin(), request.sizes.end());
   for (std::size_t k = 0; k < fixes(); ++k) {
@@ -260,7 +260,7 @@ Magnitudes StartSystem::measure() const {
     const auto own = given_sizes.find(leaf);
     anchors.emplace_back(*j, own == given_sizes.end() ? value : own->second);
   }
-  if (given_sizes.empty())  // of a run they may be rounding errors
+  if (given_sizes.empty())  // the values of a run may be rounding errors
     for (const auto& [leaf, value] : request.guess)
       if (const auto j = position(resolve(model, leaf))) anchors.emplace_back(*j, value);
   auto& kept = equations_->sizes;

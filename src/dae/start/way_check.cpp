@@ -49,12 +49,12 @@ bool WayCheck::goes_on(const WayOn& way) const {
   return goes_on(way, expansion(model_, way, true).value_or(straight(way)));
 }
 
-/// Where no solution is near, residuals remain, or the nearest point that solves the
-/// equations is the meeting itself.
+/// Is there a solution near the continuation? Without one, a residual remains, or the nearest solution is the
+/// meeting point itself.
 bool WayCheck::goes_on(const WayOn& way, const WayExpansion& along) const {
-  // Looks ahead by a hundredth of the time in which unknowns change by their units, where the error of
-  // a straight line is 0.01² and the distance of solutions whose slopes differ by a unit is 0.01:
-  // `share`, of 0.01, lies between.
+  // The step ahead is a hundredth of the time in which unknowns change by their units. There a straight line
+  // has an error of 0.01², and solutions whose slopes differ by one unit are 0.01 apart; `share`, relative to
+  // 0.01, lies between.
   constexpr double ahead = 0.01, share = 0.1;
   const NumericArray& equations = numeric_arrays(model_)->of_order(0);
   PointValues values = way.values;
@@ -66,11 +66,11 @@ bool WayCheck::goes_on(const WayOn& way, const WayExpansion& along) const {
   Vec w(static_cast<Eigen::Index>(equations.columns().size()));
   for (Eigen::Index j = 0; j < w.size(); ++j) {
     const auto given = values.find(equations.columns()[j]);
-    if (given == values.end()) return true;  // nothing tells where to look
+    if (given == values.end()) return true;  // no value to start from
     w[j] = given->second;
   }
-  constexpr int iterations = 30;      // along a double root steps fall to a half in each
-  constexpr double converged = 1e-6;  // of the change, 10⁻⁸ of a unit: a double root is known to √ε
+  constexpr int iterations = 30;      // at a double root each step is half of the one before
+  constexpr double converged = 1e-6;  // of the change, hence 10⁻⁸ of a unit: a double root is known to √ε
   const Vec begin = w, &unit = equations.unit();
   for (int i = 0; i < iterations; ++i) {
     Vec r;
@@ -79,7 +79,7 @@ bool WayCheck::goes_on(const WayOn& way, const WayExpansion& along) const {
     if (!r.allFinite() || !J.allFinite()) return false;
     const Vec step = Eigen::CompleteOrthogonalDecomposition<Mat>(J).solve(r);
     const Vec rest = r - J * step;
-    if (rest.norm() > share * r.norm()) return false;  // the gradients do not lead to a solution
+    if (rest.norm() > share * r.norm()) return false;  // the linearised equations have no solution
     if (step.cwiseAbs().maxCoeff() <= converged * ahead) return true;
     w -= unit.cwiseProduct(step);
     if (((w - begin).cwiseAbs().array() > share * ahead * unit.array()).any()) return false;
@@ -97,14 +97,15 @@ WayExpansion WayCheck::straight(const WayOn& way) const {
   return line;
 }
 
-/// At some distance, between what rounding and what missing derivatives hide.
+/// Tests distances between the ranges where rounding and missing derivatives hide the difference.
 bool WayCheck::is_least(const WayOn& way, const WayExpansion& along, Place place, double unit) const {
-  // The residual of the right polynomial falls faster with h than that of one with a changed coefficient, so
-  // that any share below 1 is reached at some h, unless rounding hides both. The change is that by which
-  // solutions are told apart (same_derivative), or a tenth, where a smaller one would be lost in the
-  // residual of a double root, its square.
+  // With h the residual of the right polynomial decreases faster than that of one with a changed coefficient,
+  // so that their ratio falls below any share at some h, unless rounding hides both. The change is the one
+  // that distinguishes solutions (same_derivative), or a tenth, since the residual at a double root is the
+  // square of a change and would hide a smaller one.
   constexpr double share = 0.3, change = 0.1, least_change = same_derivative;
-  constexpr double unchanged = 1e-9;  // of a residual: less is rounding at the least h, 10⁻⁷
+  // relative to a residual; smaller changes are rounding at the least h, 10⁻⁷
+  constexpr double unchanged = 1e-9;
   constexpr int decades = 7;
   const double slope = along.derivatives[place.leaf].second[place.order];
   const double by = change * std::fabs(slope) + least_change * unit;
@@ -135,7 +136,7 @@ Vec WayCheck::residuals(const WayOn& way, const WayExpansion& along, double h) c
 }
 
 std::vector<Expr> undetermined(const Model& m, const PointValues& at) {
-  constexpr double vanishing = 1e-5;  // the place is known to some digits
+  constexpr double vanishing = 1e-5;  // the point is known to some digits
   std::vector<Expr> slopes, leaves;
   for (Expr top : m.top_derivatives()) leaves.push_back(derivative_leaf(top));
   for (Expr z : m.algebraic()) leaves.push_back(derivative_leaf(z));

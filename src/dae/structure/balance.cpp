@@ -31,8 +31,7 @@ bool has_unknown(const Model& m, std::size_t row) {
   return false;
 }
 
-/// " of R, C, connect(R.p, C.p)": the parts and connections that these equations are
-/// from, where they are known.
+/// " of R, C, connect(R.p, C.p)": the parts and connections from which these equations come, if known.
 std::string origins(const Model& m, const std::vector<int>& rows) {
   std::vector<std::string> notes;
   for (int i : rows) {
@@ -47,8 +46,8 @@ std::string origins(const Model& m, const std::vector<int>& rows) {
   return " of " + join(notes, ", ");
 }
 
-/// With these unknowns as inputs, do the equations determine the rest? There is a transversal, and the system
-/// Jacobian has full generic rank.
+/// Do the equations determine the other unknowns if these are inputs? Requires a transversal and a system
+/// Jacobian of full generic rank.
 bool determined_without(const Model& m, const std::vector<int>& given) {
   std::vector<Expr> rest;
   for (std::size_t j = 0; j < m.variables.size(); ++j)
@@ -62,8 +61,7 @@ bool determined_without(const Model& m, const std::vector<int>& given) {
   return modular_rank(system_jacobian(m.residuals, rest, o, sigma), n, n).rank == n;
 }
 
-/// Unknowns that can be inputs, as many as equations are missing: tried, not
-/// guessed. Empty if none was found.
+/// Verified sets of unknowns that can be inputs, as many as equations are missing. Empty if none was found.
 std::vector<int> possible_inputs(const Model& m, const Blocks& blocks) {
   constexpr std::size_t affordable = 300;
   if (m.variables.size() > affordable || m.variables.size() <= m.residuals.size()) return {};
@@ -80,7 +78,8 @@ std::vector<int> possible_inputs(const Model& m, const Blocks& blocks) {
 
 }  // namespace
 
-/// Where the only symbol of an equation without unknown is a parameter: it may have been meant as one.
+/// A hint for an equation without unknowns that contains a single parameter, which may be meant
+/// as an unknown.
 static std::string declaration_hint(Expr residual) {
   const std::vector<Expr> inside = leaves({&residual, 1});
   if (inside.size() != 1 || symbol_of(inside[0]).kind != Kind::parameter) return "";
@@ -103,7 +102,7 @@ std::vector<std::string> balance_lines(const Model& m, const Blocks& blocks) {
                 equation_list(m, p.rows), origins(m, p.rows), " for ", counted(p.columns.size(), "unknown"),
                 p.columns.empty() ? "" : " ", unknown_list(m, p.columns));
   };
-  std::vector<int> bare;  // they belong to the over-determined part, but what is wrong with them is plainer
+  std::vector<int> bare;  // over-determined as well, but with a more specific message
   for (int i : blocks.over.rows)
     if (!has_unknown(m, static_cast<std::size_t>(i))) bare.push_back(i);
   for (std::size_t k = 0; k < bare.size() && k < listed; ++k) {
@@ -131,7 +130,7 @@ std::string imbalance(const Model& m) {
         "\n  Remove one of the equations that are too many, or declare what should follow from it with var.";
   else if (!blocks.over.rows.empty()) {
     out += "\n  These parts fix the same quantity twice: remove one, or put another part between them.";
-    if (equations == unknowns) return out;  // without it what is too few has its equation again
+    if (equations == unknowns) return out;  // removing an equation balances the under-determined part, too
   }
   if (blocks.under.columns.empty()) return out;
   std::vector<std::string> calls;

@@ -8,7 +8,7 @@ namespace {
 constexpr int none = -1;
 
 /// Maximum matching in phases of disjoint augmenting paths, depth first with lookahead (Pothen & Fan 1990,
-/// §3); iterative. What leads nowhere is entered once per phase, and phases are few.
+/// §3); iterative. A dead end is visited once per phase, and there are few phases.
 class Matching {
  public:
   Matching(const Pattern& pattern, int columns)
@@ -37,7 +37,7 @@ class Matching {
     return any;
   }
 
-  int free_column(int i) {  // every column is looked at once per row over all phases
+  int free_column(int i) {  // visits every column once per row over all phases
     for (auto& k = look_[i]; k < pattern_[i].size(); ++k)
       if (row_of[pattern_[i][k]] == none) return pattern_[i][k];
     return none;
@@ -79,8 +79,8 @@ Pattern transposed(const Pattern& pattern, int columns) {
   return t;
 }
 
-/// Alternating breadth-first search: from unmatched vertices of one side over any
-/// edge, back over matched edges.
+/// Alternating breadth-first search: from unmatched vertices of one side over arbitrary edges, back
+/// over matched edges.
 Part reach(const Pattern& edges, const std::vector<int>& own_partner, const std::vector<int>& other_partner) {
   std::vector<char> seen(own_partner.size(), 0), seen_other(other_partner.size(), 0);
   Part part;
@@ -120,7 +120,7 @@ class Components {
     for (int i = 0; i < static_cast<int>(pattern.size()); ++i)
       if (inside[i] && number_[i] == none) visit(i);
   }
-  std::vector<std::vector<int>> components;  ///< what a block depends on comes before it
+  std::vector<std::vector<int>> components;  ///< each after those it depends on
 
  private:
   void open(int i) {

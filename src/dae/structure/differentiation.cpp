@@ -23,7 +23,7 @@ Substitution kinematics(const Model& m) {
   unknown.insert(top.begin(), top.end());
   Substitution known;
   for (const Solved& row : solved_rows(m)) {
-    if (varies(row.slope)) continue;  // t x′ = f says nothing about x′ at t = 0
+    if (varies(row.slope)) continue;  // t x′ = f does not determine x′ at t = 0
     if (!depends_on_any(row.f, unknown)) known[row.derivative] = row.f;
   }
   return known;
@@ -32,7 +32,7 @@ Substitution kinematics(const Model& m) {
 std::string constraint_label(const Model& m, std::size_t residual, int k) {
   const auto [block, row] = m.origin[residual];
   if (m.mechanics && row < m.mechanics->C.size() && block == static_cast<int>(m.blocks.size()) - 1) {
-    const VecX& C = m.mechanics->C;  // of these, the rows are those that follow from no others
+    const VecX& C = m.mechanics->C;  // the rows are those C that do not follow from others
     const auto at = std::find(C.begin(), C.end(), m.blocks[block].rhs[row]);
     const auto place = at == C.end() ? row : static_cast<int>(at - C.begin());
     return (C.size() == 1 ? "C" : "C" + subscript(place + 1)) + primes(k);
@@ -62,8 +62,8 @@ class Differentiation {
   Differentiated result;
 
  private:
-  /// x_j′ = f is put into other rows only where it stands in no other row that has to be differentiated: such
-  /// a row and x_j′ = f are two conditions on x_j′ (x′ = x - y, x′ = x), and both are differentiated.
+  /// Excludes x_j′ = f from substitution if x_j′ occurs in another row that has to be differentiated: such a
+  /// row and x_j′ = f are two conditions on x_j′ (x′ = x - y, x′ = x), and both are differentiated.
   void keep_in_one_row() {
     std::unordered_map<Expr, std::size_t> defined_by;
     for (const Solved& row : solved_rows(m_)) defined_by[row.derivative] = row.residual;
@@ -91,14 +91,15 @@ class Differentiation {
       uniform = uniform && times(first + r) == times(first);
     }
     if (most == 0) return result.blocks.push_back(m_.blocks[b]);
-    const auto number = [&](std::size_t r) {  // of a row that is described alone
+    const auto number = [&](std::size_t r) {  // label of a row that is described on its own
       return rows == 1 || !uniform ? m_.label(first + r) : text("(", b + 1, ")");
     };
     VecX residual = column(std::span(m_.residuals).subspan(first, rows));
     for (Eigen::Index r = 0; r < residual.size(); ++r)  // 0 = C reads better than 0 = -C
       if (m_.blocks[b].lhs[r].is_zero()) residual[r] = m_.blocks[b].rhs[r];
     const bool whole = uniform && is_told_whole(residual);
-    std::vector<std::vector<std::string>> lines_of_rows(whole ? 1 : rows);  // rows treated alike together
+    // rows with the same treatment share their lines
+    std::vector<std::vector<std::string>> lines_of_rows(whole ? 1 : rows);
     const auto tell = [&](std::size_t r, const std::string& before, const std::string& after) {
       lines_of_rows[r].push_back(
           before + (whole ? formula("0 = ", ref(residual)) : formula("0 = ", ref(residual[r]))) + after);
@@ -152,15 +153,14 @@ class Differentiation {
                                             : simplify(substitute(total_derivative(before), known_));
   }
 
-  /// A list of scalar equations is told row by row; a column that reads as a vector,
-  /// and a long one, stay whole.
+  /// Scalar equations are described row by row; a column that reads as a vector, or a long one, as a whole.
   static bool is_told_whole(const VecX& residual) {
     constexpr Eigen::Index most_apart = 8;
     return residual.size() == 1 || residual.size() > most_apart ||
            rows_per_line(VecX::Zero(residual.size()), residual) > 1;
   }
 
-  /// Why: the equation contains none of the unknowns that the equations have to determine.
+  /// Explains that the equation contains none of the unknowns to be determined.
   void tell_why(const VecX& residual, std::vector<std::vector<std::string>>& lines) const {
     const auto z = m_.algebraic();
     const std::unordered_set<Expr> algebraic(z.begin(), z.end());
@@ -184,7 +184,7 @@ class Differentiation {
 
   const Model& m_;
   const Offsets& o_;
-  static constexpr int most_told = 60;  // equations; a reader of thousands has understood
+  static constexpr int most_told = 60;  // equations; more descriptions would not help
   Substitution known_;
   TaylorSeries series_;  ///< along the rows of known_
   std::unordered_set<Expr> top_;

@@ -13,9 +13,10 @@ namespace {
 constexpr int unassigned = -1;
 constexpr int far = std::numeric_limits<int>::max() / 4;
 
-/// Greatest-value transversal by the primal-dual method (Kuhn-Munkres on a sparse matrix, all free equations
-/// at once): a shortest-path sweep from them makes the edges tight that lead to free variables, and as many
-/// disjoint paths over tight edges as are found are augmented. Orders are small, so that sweeps are few.
+/// Greatest-value transversal by the primal-dual method (Kuhn-Munkres on a sparse matrix, all free
+/// equations together). A shortest-path sweep from the free equations makes edges to free variables tight;
+/// then disjoint paths of tight edges are augmented, as many as are found. Orders are small, so that few
+/// sweeps are needed.
 class Transversal {
  public:
   Transversal(const Signature& sigma, int variables)
@@ -71,7 +72,8 @@ class Transversal {
         path.push_back(equation_of[e.variable]);
         continue;
       }
-      for (int j = e.variable; !path.empty(); path.pop_back()) {  // each takes what the next one gives up
+      // each equation on the path takes the variable released by the next one
+      for (int j = e.variable; !path.empty(); path.pop_back()) {
         equation_of[j] = path.back();
         std::swap(j, variable_of[path.back()]);
       }
@@ -80,8 +82,8 @@ class Transversal {
     return false;
   }
 
-  /// Distances from all free equations up to the nearest free variable, and the duals that make the shortest
-  /// paths tight; false if no free variable can be reached.
+  /// Computes distances from all free equations to the nearest free variable and updates the duals so that
+  /// the shortest paths become tight; false if no free variable is reachable.
   bool make_tight() {
     using Item = std::pair<int, int>;
     std::priority_queue<Item, std::vector<Item>, std::greater<>> queue;
@@ -123,7 +125,8 @@ class Transversal {
   std::vector<char> visited_;
 };
 
-/// The smallest dual (Pryce 2001, algorithm 3.1, step 3), by a queue of equations whose offset has grown.
+/// The smallest dual solution (Pryce 2001, algorithm 3.1, step 3), with a queue of equations whose
+/// offset has grown.
 void smallest_offsets(const Signature& sigma, const std::vector<int>& equation_of, Offsets& o) {
   std::vector<int> order_on_transversal(equation_of.size(), 0);
   for (std::size_t j = 0; j < equation_of.size(); ++j)

@@ -6,7 +6,7 @@ namespace pendula::dae {
 
 std::vector<int> variable_levels(const Signature& sigma, const Offsets& offsets) {
   const std::size_t count = offsets.d.size();
-  std::vector<std::size_t> solved_for(count);  // per equation
+  std::vector<std::size_t> solved_for(count);  // variable solved for, per equation
   std::vector<std::vector<std::size_t>> used_in(count);
   std::vector<int> levels(count);
   std::vector<std::size_t> changed;

@@ -109,7 +109,7 @@ class UnitParser {
   std::size_t at_ = 0;
 };
 
-/// What is known about the dimension of an expression.
+/// The known dimension of an expression.
 struct Known {
   enum { anything, number, dimensioned } what = anything;
   Dimension dimension{};
@@ -141,7 +141,7 @@ class Checker {
     return {Known::dimensioned, d};
   }
 
-  /// Two things that have to be alike; what is known about both.
+  /// Requires equal dimensions of two operands; returns their common dimension.
   Known meet(Expr a, Expr b) {
     const Known x = known_[a], y = known_[b];
     if (x.what == Known::dimensioned && y.what == Known::dimensioned && !same(x.dimension, y.dimension) &&
@@ -170,7 +170,7 @@ class Checker {
     return result;
   }
 
-  /// The argument of a function of numbers.
+  /// Requires dimensionless arguments.
   Known number_of(Expr e) {
     for (Expr x : e.operands()) {
       const Known k = known_[x];

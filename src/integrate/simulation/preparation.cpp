@@ -171,9 +171,8 @@ void complete(Preparation& all, const Vec& parameters, const Simulation& simulat
     all.variational = std::make_shared<const Variational>(variational(form, own));
     form = all.variational->form;
   }
-  const std::vector<Problem::Input> no_inputs(form.u.size(),
-                                              // placeholders: the inputs of a run must not outlive it
-                                              [](double) { return 0.0; });
+  // placeholders: the inputs of a run must not outlive it
+  const std::vector<Problem::Input> no_inputs(form.u.size(), [](double) { return 0.0; });
   auto problem = std::make_shared<Problem>(std::move(form), values, no_inputs);
   if (!all.folded.empty()) problem->keep_symbolic(std::move(residuals));
   problem->set_visible_size(n, m, all.variational ? all.variational->with_respect_to : std::vector<Expr>());

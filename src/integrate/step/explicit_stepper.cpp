@@ -262,9 +262,8 @@ double ExplicitStepper::error_norm() {
   };
   if (coded_) {
     std::copy_n(end_.scaled, size, scaled_.data());
-    const double share =
-        // multiplied by the reciprocal, like the lane code for a division by a constant
-        1.0 / std::max(size, 1);
+    // multiplied by the reciprocal, like the lane code for a division by a constant
+    const double share = 1.0 / std::max(size, 1);
     return combined(ErrorSum::norm(end_.sum * share, end_.largest, 1),
                     ErrorSum::norm(end_.second_sum * share, end_.second_largest, 1));
   }
