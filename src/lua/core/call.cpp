@@ -14,17 +14,17 @@ namespace pendula::lua {
 
 std::string with_article(const std::string& noun) {
   if (noun == "lti") return "a linear system";
-  const bool spelled = noun == "fn";  // an ef-en
+  const bool spelled = noun == "fn";  // takes "an", since it is spelled "ef-en"
   const bool vowel = spelled || (!noun.empty() && std::strchr("aeioAEIO", noun[0]) != nullptr);
   return (vowel ? "an " : "a ") + noun;
 }
 
 namespace {
 
-/// What the row's name says about its arguments.
+/// How the name of a row determines the numbering of its arguments.
 struct RowKind {
-  bool method = false;  ///< argument 1 stands before a colon or an opening parenthesis
-  bool binary = false;  ///< an operator: arguments 1 and 2 stand left and right of it
+  bool method = false;  ///< argument 1 precedes a colon or an opening parenthesis
+  bool binary = false;  ///< an operator, with arguments 1 and 2 on its left and right
 };
 
 RowKind kind_of(const Row& row) {

@@ -20,7 +20,7 @@ namespace pendula::lua {
 
 namespace {
 
-/// What a file of stdlib returns; a table is kept, so that all who include the file share it.
+/// The result of a stdlib file; a table is cached, so that all files that include it share it.
 int include_file(lua_State* L) {
   luaL_checkstring(L, 1);
   luaL_getsubtable(L, LUA_REGISTRYINDEX, "pendula.included");
@@ -36,9 +36,8 @@ int include_file(lua_State* L) {
   return 1;
 }
 
-/// A function written in Lua. What stands before the colon of a method and the number of
-/// arguments are checked. Upvalues: the function, its name, its signature, the most arguments
-/// it takes (-1: not counted yet).
+/// Wraps a function written in Lua; checks the object of a method and the number of arguments. Upvalues: the
+/// function, its name, its signature, the largest number of arguments (-1: not counted yet).
 int function_in_lua(lua_State* L) {
   const std::string_view name = lua_tostring(L, lua_upvalueindex(2));
   const std::size_t colon = name.find(':');
@@ -59,7 +58,7 @@ int function_in_lua(lua_State* L) {
   return lua_gettop(L);
 }
 
-/// install(name, value [, signature]) -> value as it is installed
+/// install(name, value [, signature]) -> the installed value
 int install_value(lua_State* L) {
   const std::string_view name = luaL_checkstring(L, 1);
   luaL_checkany(L, 2);
@@ -142,7 +141,7 @@ int all_rows(lua_State* L) {
   return 1;
 }
 
-/// options_of(name): the rows of options of a function of C++, to be read by one of Lua, too.
+/// options_of(name): the option rows of a C++ function, for use by a Lua function.
 int options_of(lua_State* L) {
   const std::string_view name = luaL_checkstring(L, 1);
   for (const Module* module : added_modules(L))
@@ -219,7 +218,7 @@ std::vector<std::string> words_of(const std::string& values) {
   return words;
 }
 
-/// A text that must be one of the words of its row.
+/// Checks that a text is one of the words of its row.
 void check_word(const OptionRow& row, const std::string& given) {
   const std::vector<std::string> words = words_of(row.values);
   if (std::string_view(row.type) != "string" || words.empty() || words[0][0] == '@' ||
@@ -252,7 +251,7 @@ int checked_table(lua_State* L) {
     rows.push_back({name.c_str(), type.c_str(), "", meaning.c_str(), values.c_str()});
   try {
     check_options(L, 2, rows);
-    for (const OptionRow& row : rows) {  // some functions have more of them than Lua's stack has free places
+    for (const OptionRow& row : rows) {  // some functions have more rows than the Lua stack has free slots
       if (lua_getfield(L, 2, row.name) == LUA_TSTRING) check_word(row, lua_tostring(L, -1));
       lua_pop(L, 1);
     }
@@ -283,7 +282,7 @@ int shown_value(lua_State* L) {
   return 1;
 }
 
-/// The code of a Lua function and the plain values that it has taken from around it, for fingerprints.
+/// The bytecode of a Lua function and its plain upvalues, for fingerprints.
 int function_bytes(lua_State* L) {
   std::string bytes;
   const auto write = [](lua_State*, const void* piece, size_t size, void* to) {
@@ -310,7 +309,7 @@ int columns(lua_State* L) {
   return 1;
 }
 
-/// page(text): fitted to the screen; shown at once, or a screen at a time where a person waits at the prompt.
+/// page(text): fits a text to the screen and shows it, screen by screen if a user waits at the prompt.
 int page(lua_State* L) {
   std::size_t size = 0;
   const char* bytes = luaL_checklstring(L, 1, &size);
@@ -318,7 +317,7 @@ int page(lua_State* L) {
   return 0;
 }
 
-/// The columns of the terminal on standard output; 0: it is none.
+/// The number of columns of the terminal on standard output; 0 if it is none.
 int screen_width(lua_State* L) {
   lua_pushinteger(L, screen_size().columns);
   return 1;

@@ -279,7 +279,7 @@ constexpr Remedy idmodel_members[] = {
     {"sim", "write mod:simulate(d)"},
 };
 
-/// Options of other programs, and how they are called here.
+/// Options of other programs and their equivalents here.
 struct OptionRemedy {
   std::string_view names, option, text;
 };

@@ -19,14 +19,14 @@ void raise_marker(lua_State* L, lua_Debug*) {
   lua_error(L);
 }
 
-/// The entry whose computation left a part: its function, and the line that it has reached.
+/// The prompt entry of which a part was computed: its function, and the line that it has reached.
 struct KeptPart {
   const void* entry = nullptr;
   int line = 0;
 };
 KeptPart part;
 
-/// Where the entry stands at level `level` of the stack, if it is the entry.
+/// Looks up the function at a level of the stack and its current line.
 const void* function_at(lua_State* L, int level, lua_Debug& where) {
   if (!lua_getstack(L, level, &where)) return nullptr;
   lua_getinfo(L, "fl", &where);
@@ -35,7 +35,7 @@ const void* function_at(lua_State* L, int level, lua_Debug& where) {
   return function;
 }
 
-/// A line event of the entry at a line that it has reached before is the way back of a loop.
+/// Stops the entry at a line that it has reached before, which means that a loop repeats.
 void stop_loop(lua_State* L, lua_Debug*) {
   lua_Debug here;
   if (function_at(L, 0, here) != part.entry) return;
@@ -48,7 +48,7 @@ void stop_loop(lua_State* L, lua_Debug*) {
   lua_error(L);
 }
 
-/// Async-signal-safe.
+/// This function is async-signal-safe.
 void stop_running() {
   lua_State* L = running.load(std::memory_order_relaxed);
   if (L) lua_sethook(L, raise_marker, LUA_MASKCALL | LUA_MASKRET | LUA_MASKLINE | LUA_MASKCOUNT, 1);
@@ -59,14 +59,14 @@ void stop_running() {
 Running::Running(lua_State* L) : outer_(running.exchange(L)) {
   if (!outer_) part = {};
   interrupt_action.store(stop_running, std::memory_order_relaxed);
-  // Requested before L was known to the handler: stop L instead.
+  // an interrupt requested before the handler knew L stops L instead
   if (interrupt_requested.load(std::memory_order_relaxed)) stop_running();
 }
 
 Running::~Running() {
   if (part.entry) lua_sethook(running.load(), nullptr, 0, 0);
   running.store(outer_);
-  // Where the end of this call swallows the marker (a finalizer), the caller has to stop as well.
+  // a finalizer may have caught the marker at the end of this call; the caller has to stop as well
   if (outer_ && interrupt_requested.load(std::memory_order_relaxed)) stop_running();
 }
 

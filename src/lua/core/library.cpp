@@ -17,14 +17,14 @@ namespace {
 
 char environment_key, originals_key, vocabulary_key, modules_key;
 constexpr const char* lazy_field =
-    "__lazy";  ///< of a library table's metatable: name -> function that makes it
+    "__lazy";  ///< in the metatable of a library table: name -> function that creates the value
 
 void push_registry(lua_State* L, const char* key) { lua_rawgetp(L, LUA_REGISTRYINDEX, key); }
 
-/// "a model or lti", the types that have a method of this name; "" if there is none.
+/// The types that have a method of this name, as in "a model or lti"; "" if there is none.
 std::string type_with_method(lua_State* L, const std::string& name) {
   std::vector<std::string> owners;
-  if (name.size() < 3) return "";  // x and dt are rather variables that were forgotten
+  if (name.size() < 3) return "";  // names like x and dt are more likely undeclared variables
   for (const std::string& type : type_names(L))
     if (has_method(L, type.c_str(), name.c_str())) owners.push_back(type);
   if (owners.size() > 3) owners.resize(3);
@@ -39,7 +39,7 @@ void append_names(lua_State* L, std::vector<std::string>& names) {
   }
 }
 
-/// __index of _G and of the stdlib's environment.
+/// __index of _G and of the environment of the stdlib.
 int undefined_global(lua_State* L) {
   if (lua_type(L, 2) != LUA_TSTRING) return 0;
   const std::string name = lua_tostring(L, 2);
@@ -49,14 +49,14 @@ int undefined_global(lua_State* L) {
     throw Error(text("undefined variable '", name, "'; it is a method: write x:", name, "() where x is ",
                      owner, " (help \"", name, "\")"));
   std::string hint = did_you_mean(name, global_names(L));
-  constexpr std::size_t letters = 2, symbol_like = 5;  // of the blackboard, and not declared
+  constexpr std::size_t letters = 2, symbol_like = 5;  // mathematical symbols that were not declared
   if (name.size() <= letters || (hint.empty() && name.size() <= symbol_like))
     hint = text(" A parameter is ", name, " = param(\"", name, "\", 1), an unknown ", name, " = var \"", name,
                 "\".");
   throw Error(text("undefined variable '", name, "'.", hint));
 }
 
-/// For rk.RK45, rk.bdf2: what comes nearest to a method of other programs; "" if nothing is known about it.
+/// The closest entry for a name from other programs, as in rk.RK45 or rk.bdf2; "" if there is none.
 std::string tableau_like(const std::string& name, const std::vector<std::string>& tableaus) {
   std::string like = method_like(name);
   if (like.empty()) {
@@ -73,7 +73,8 @@ std::string tableau_like(const std::string& name, const std::vector<std::string>
                 : text(" What comes nearest is no tableau: integrate{ …, method = \"", like, "\" }.");
 }
 
-/// __index of a library table such as rk: what was installed lazily is made now. Upvalue: the table's name.
+/// __index of a library table such as rk; creates entries that were installed lazily. Upvalue:
+/// the table's name.
 int unknown_entry(lua_State* L) {
   const std::string library = lua_tostring(L, lua_upvalueindex(1));
   std::vector<std::string> names;
@@ -98,8 +99,8 @@ int unknown_entry(lua_State* L) {
   throw Error(text("'", library, "' has no entry '", key, "'.", hint));
 }
 
-/// The iterator of pairs(rk): the next name and its value, which is made if need be. Upvalues: the table, the
-/// names, how many were given out.
+/// The iterator of pairs(rk): the next name and its value, created if necessary. Upvalues: the table, the
+/// names, the number of names already returned.
 int next_entry(lua_State* L) {
   const lua_Integer i = lua_tointeger(L, lua_upvalueindex(3)) + 1;
   lua_pushinteger(L, i);
@@ -110,7 +111,7 @@ int next_entry(lua_State* L) {
   return 2;
 }
 
-/// __pairs of a library table: all its names in order, those that are not made yet included.
+/// __pairs of a library table: all its names in order, including those not created yet.
 int library_pairs(lua_State* L) {
   std::vector<std::string> names;
   if (luaL_getmetafield(L, 1, lazy_field) == LUA_TTABLE) append_names(L, names);
@@ -138,7 +139,7 @@ int call_library(lua_State* L) {
   return lua_gettop(L);
 }
 
-/// "components: electrical, …" and how to get help; of a table that is also a function its name.
+/// "components: electrical, …" and how to get help; for a table that is also a function its name.
 int library_tostring(lua_State* L) {
   const std::string library = lua_tostring(L, lua_upvalueindex(1));
   lua_settop(L, 1);
@@ -181,7 +182,7 @@ void make_strict(lua_State* L, const std::string& name, lua_CFunction index) {
   lua_setmetatable(L, -2);
 }
 
-/// Pops a value: pendula[name] = _G[name] = stdlib environment[name] = value.
+/// Pops a value and sets pendula[name], _G[name] and the entry of the stdlib environment.
 void set_global(lua_State* L, const std::string& name) {
   for (const char* where : {&vocabulary_key, &originals_key}) {
     push_registry(L, where);
@@ -197,7 +198,7 @@ void set_global(lua_State* L, const std::string& name) {
   lua_pop(L, 2);
 }
 
-/// Pushes pendula[name] without its "unknown entry" error; returns its type.
+/// Pushes pendula[name] without raising "unknown entry"; returns its type.
 int push_global(lua_State* L, const std::string& name) {
   push_registry(L, &vocabulary_key);
   lua_pushlstring(L, name.data(), name.size());
@@ -206,7 +207,7 @@ int push_global(lua_State* L, const std::string& name) {
   return type;
 }
 
-/// Pops a function: library(…) calls it.
+/// Pops a function, which becomes the __call of the library.
 void make_callable(lua_State* L, const std::string& library) {
   push_global(L, library);
   lua_getmetatable(L, -1);
@@ -216,7 +217,7 @@ void make_callable(lua_State* L, const std::string& library) {
   lua_pop(L, 3);
 }
 
-/// Pushes the library table, made now if need be; a function of that name becomes the table's call.
+/// Pushes the library table, which is created if necessary; a function of that name becomes its __call.
 void push_library_table(lua_State* L, const std::string& library) {
   const int type = push_global(L, library);
   if (type == LUA_TTABLE) return;
@@ -235,7 +236,7 @@ void push_library_table(lua_State* L, const std::string& library) {
   lua_remove(L, -2);
 }
 
-/// Copies the globals, and the tables among them one level deep, into a fresh table (left on the stack).
+/// Pushes a copy of the globals and, one level deep, of the tables among them.
 void push_copy_of_globals(lua_State* L) {
   lua_newtable(L);
   const int copy = lua_gettop(L);
@@ -260,8 +261,8 @@ void push_copy_of_globals(lua_State* L) {
   lua_settop(L, copy);
 }
 
-/// Methods of strings come from our copy first, so that a script that changes the table `string` cannot break
-/// the stdlib; what it adds there is found after that.
+/// Looks methods of strings up in our copy first, so that a script that changes the table `string` cannot
+/// break the stdlib; additions of the script are found after that.
 void protect_string_methods(lua_State* L) {
   push_registry(L, &originals_key);
   lua_getfield(L, -1, "string");
@@ -299,7 +300,7 @@ void open_library(lua_State* L) {
   make_strict(L, "_G", guarded<undefined_global>);
   lua_pop(L, 1);
 
-  // What the stdlib itself defines goes into `environment`; what it reads comes from the originals behind it.
+  // The stdlib's definitions go into `environment`; reads fall back to the original globals.
   push_registry(L, &originals_key);
   make_strict(L, "stdlib", guarded<undefined_global>);
   lua_newtable(L);

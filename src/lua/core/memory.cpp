@@ -28,7 +28,7 @@ constexpr size_t reserve_size = MiB / 2;
 struct Budget {
   size_t used = 0;
   size_t cap = 0;
-  char source[LUA_IDSIZE] = "";  ///< where that was; no std::string: this is written when memory is out
+  char source[LUA_IDSIZE] = "";  ///< position; no std::string, since memory is exhausted
   int line = 0;
 };
 
@@ -38,8 +38,8 @@ size_t physical_memory() {
   return pages > 0 && page > 0 ? static_cast<size_t>(pages) * static_cast<size_t>(page) : 4096 * MiB;
 }
 
-/// Out-of-memory errors carry no position in Lua (the message is preallocated), so
-/// it is noted here. "Sl" allocates nothing.
+/// Records the position of an out-of-memory error, which has none in Lua (its message is preallocated).
+/// "Sl" allocates nothing.
 void note_position(Budget& budget) {
   budget.line = 0;
   lua_State* L = running_state();
@@ -54,7 +54,7 @@ void note_position(Budget& budget) {
   }
 }
 
-/// lua_Alloc. The last block to go is the state itself: with it goes the budget.
+/// Implements lua_Alloc. The last block freed is the state itself, and the budget is freed with it.
 void* allocate(void* data, void* block, size_t old_size, size_t new_size) {
   auto* budget = static_cast<Budget*>(data);
   if (!block) old_size = 0;  // Lua passes a type tag there
@@ -81,7 +81,7 @@ Budget& budget_of(lua_State* L) {
   return *static_cast<Budget*>(data);
 }
 
-/// Resident bytes of this process; 0 where /proc is not mounted.
+/// Resident bytes of this process; 0 if /proc is not mounted.
 size_t resident() {
   const int file = open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
   if (file < 0) return 0;
@@ -128,8 +128,7 @@ Reserve::~Reserve() { *cap_ -= reserve_size; }
 void collect(lua_State* L) {
   lua_gc(L, LUA_GCCOLLECT);
 #if defined(__GLIBC__)
-  malloc_trim(
-      0);  // else what has been freed stays resident, and the limit of collect_if_grown() runs away with it
+  malloc_trim(0);  // otherwise freed memory stays resident, and the limit of collect_if_grown() keeps growing
 #endif
 }
 
@@ -143,9 +142,10 @@ void collect_if_grown(lua_State* L) {
   limit = std::max(256 * MiB, 2 * resident());
 }
 
-/// How many new expressions end a window, and at least how many times those of the largest call. What is
-/// remembered is lost with them, which pays where they are many and each call has made few: one that has made
-/// most, of a large model, would make them again.
+/// A window ends after this number of new expressions, at least, and after this multiple of the number
+/// made by the largest call. Cached results are discarded with a window. That pays if many calls have
+/// made few expressions each; a single call that made most of them, for a large model, would have to
+/// compute them again.
 struct WindowLength {
   std::uint32_t fewest = 1 << 15;  // 10 MB
   std::uint32_t calls = 8;
@@ -159,7 +159,8 @@ static WindowLength window_length() {
 
 void begin_window_if_grown(lua_State* L) {
   static const WindowLength length = window_length();
-  static const std::uint32_t of_the_library = begin_window();  // what it is made of is in a window of its own
+  // the expressions of the library are in a window of their own
+  static const std::uint32_t of_the_library = begin_window();
   static std::uint32_t begin = of_the_library, last = begin, most_of_one_call = 0, kept = 0;
   const std::uint32_t size = graph_size(), made = size - begin;
   most_of_one_call = std::max(most_of_one_call, size - std::exchange(last, size));

@@ -18,17 +18,17 @@ namespace pendula::lua {
 
 namespace {
 
-/// Addresses of these are keys that no script can write down.
+/// The addresses of these are registry keys that no script can form.
 char types_key, type_key, methods_key, fields_key, fallback_key;
 
 struct Box {
   std::shared_ptr<const void> object;
-  Touch touch = nullptr;  ///< or, without, the windows of the expressions that the object may refer to
+  Touch touch = nullptr;  ///< or, if null, the windows of the expressions that the object may refer to
   Windows windows;
   Box *before = nullptr, *after = nullptr;
 };
 
-/// A list of the boxes that hold something, of all states.
+/// Head of the list of nonempty boxes, of all states.
 Box* first_box = nullptr;
 
 void enter(Box& box) {
@@ -37,8 +37,8 @@ void enter(Box& box) {
   first_box = &box;
 }
 
-/// __gc: gives up the value but leaves an empty, valid Box, since a script's own
-/// finalizer may resurrect the userdata.
+/// __gc: destroys the value but leaves an empty, valid Box, since a finalizer of the script may
+/// resurrect the userdata.
 int finalize(lua_State* L) {
   Box& box = *static_cast<Box*>(lua_touserdata(L, 1));
   if (!box.object) return 0;
@@ -49,7 +49,7 @@ int finalize(lua_State* L) {
   return 0;
 }
 
-/// The running call reads an object.
+/// Records that the running call reads an object.
 void note_use(const Box& box) {
   if (!box.touch)
     Origins::add(box.windows);
@@ -66,7 +66,7 @@ void append_string_keys(lua_State* L, int table, std::vector<std::string>& names
   }
 }
 
-/// __index(object, key): method, then field, then the type's own row "type:__index". Upvalues: methods,
+/// __index(object, key): a method, else a field, else the row "type:__index" of the type. Upvalues: methods,
 /// fields, metatable, type name.
 int index_object(lua_State* L) {
   if (lua_type(L, 2) == LUA_TSTRING) {
@@ -78,14 +78,15 @@ int index_object(lua_State* L) {
       lua_call(L, 1, 1);
       return 1;
     }
-    if (std::strcmp(lua_tostring(L, 2), "json") == 0) return push_vocabulary(L, "json"), 1;  // any x:json()
+    // x:json() of any object
+    if (std::strcmp(lua_tostring(L, 2), "json") == 0) return push_vocabulary(L, "json"), 1;
   }
   lua_settop(L, 2);
   if (lua_rawgetp(L, lua_upvalueindex(3), &fallback_key) != LUA_TNIL) {
     lua_pushvalue(L, 1);
     lua_pushvalue(L, 2);
     lua_call(L, 2, 1);
-    if (!lua_isnil(L, -1) || lua_isinteger(L, 2)) return 1;  // nil at a position is where ipairs ends
+    if (!lua_isnil(L, -1) || lua_isinteger(L, 2)) return 1;  // nil for an integer ends ipairs
   }
   unknown_member(L, lua_tostring(L, lua_upvalueindex(4)));
 }
@@ -186,7 +187,7 @@ void unknown_member(lua_State* L, const char* type) {
     unknown(L, type);
   } catch (const UserFacing& e) {
     throw LuaError(user_position(L) +
-                   e.what());  // reading a member is no call: no name of a function in front
+                   e.what());  // no function name in front, since reading a member is not a call
   }
 }
 
@@ -201,8 +202,8 @@ void push_metatable(lua_State* L, const char* type) {
   lua_remove(L, -2);
 }
 
-/// A table that stands for an object: its metatable's field "__model" is a function that gives the model. The
-/// table keeps what it gives.
+/// The object for a table whose metatable has a function "__model" that creates the model. The table
+/// keeps the result.
 static std::shared_ptr<const void>* object_of_table(lua_State* L, int index, const char* type) {
   const std::string field = std::string("__") + type;
   if (!luaL_getmetafield(L, index, field.c_str())) return nullptr;
@@ -251,7 +252,7 @@ std::string object_type(lua_State* L, int index) {
 void push_object(lua_State* L, std::shared_ptr<const void> object, const char* type, Touch touch) {
   PENDULA_ASSERT(object != nullptr, "a null object was pushed");
   luaL_checkstack(L, 8, nullptr);
-  // Empty until the metatable is in place: if Lua runs out of memory in between, nothing is leaked.
+  // Empty until the metatable is set, so that nothing is leaked if Lua runs out of memory in between.
   auto* box = new (lua_newuserdatauv(L, sizeof(Box), 0)) Box;
   push_metatable(L, type);
   lua_setmetatable(L, -2);

@@ -1,4 +1,4 @@
-// Options: the table of named arguments that most calls take last.
+// Options: the table of named arguments that is the last argument of most calls.
 #include "lua/core/call.hpp"
 
 #include <algorithm>
@@ -15,8 +15,7 @@ namespace pendula::lua {
 
 namespace {
 
-/// Leaves the value of `key` on the stack (nil if there is no table). Raw:
-/// a user's metatable cannot interfere.
+/// Pushes the value of `key`, or nil if there is no table. Raw access, independent of the user's metatables.
 int push_option(lua_State* L, int table, const char* key) {
   if (table == 0) {
     lua_pushnil(L);
@@ -26,7 +25,7 @@ int push_option(lua_State* L, int table, const char* key) {
   return lua_rawget(L, table);
 }
 
-/// What is an option of another function or of another program.
+/// Advice for an option of another function or program.
 std::string elsewhere(const std::string& key, const std::vector<std::string>& known) {
   const bool makes_model = std::find(known.begin(), known.end(), "multipliers") != known.end();
   if (key == "inputs" && makes_model)
@@ -65,7 +64,7 @@ std::string elsewhere(const std::string& key, const std::vector<std::string>& kn
                    "'.", hints, " (options: ", join(known, ", "), ")"));
 }
 
-/// What is said of the value on top of the stack.
+/// Describes a value of the wrong type on top of the stack.
 std::string wrong_type(lua_State* L, const OptionRow& row) {
   const std::string_view type = row.type;
   return text("option '", row.name, "': expected ",
@@ -106,7 +105,7 @@ void check_options(lua_State* L, int index, const OptionTable& known) {
   std::vector<std::string> names;
   for (const OptionRow& option : known)
     if (!std::isdigit(static_cast<unsigned char>(option.name[0]))) names.emplace_back(option.name);
-  std::vector<std::string> positions, unknown, wrong;  // sorted: the order of a table's keys is nobody's
+  std::vector<std::string> positions, unknown, wrong;  // sorted, since the order of table keys is arbitrary
   lua_pushnil(L);
   while (lua_next(L, index) != 0) {
     const std::string key = key_in_words(L, -2);

@@ -10,7 +10,7 @@
 namespace pendula::lua {
 namespace {
 
-/// Holds the table in the registry.
+/// Keeps a reference to the table in the registry.
 struct Record {
   lua_State* L;
   int reference;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int any_number = std::numeric_limits<int>::max() / 2;
 
-/// Of "(a, b [, c]) -> d" 3; of "{ … }" and "\"word\"" 1; of anything else -1.
+/// The number of arguments: 3 for "(a, b [, c]) -> d"; 1 for "{ … }" and "\"word\""; -1 for anything else.
 int shown_arguments(std::string_view form) {
   if (form[0] == '{' || form[0] == '"' || form[0] == '[') return 1;
   if (form[0] != '(') return -1;
@@ -21,7 +21,8 @@ int shown_arguments(std::string_view form) {
     if (c == '"') quoted = !quoted;
     if (!quoted && (c == ')' || c == '}') && --depth == 0) break;
     const bool outermost = depth == 1 && !quoted;
-    if (outermost && form.substr(i).starts_with("function(")) {  // its … are not those of the call
+    // the … of a callback is not that of the call
+    if (outermost && form.substr(i).starts_with("function(")) {
       i = std::min(form.find(" end", i), form.size() - 4) + 3;
       some = true;
       continue;
@@ -47,7 +48,8 @@ int most_arguments(std::string_view row_name, std::string_view signature) {
     if ((at > 0 && part_of_name(signature[at - 1])) || form == signature.npos) continue;
     most = std::max(most, shown_arguments(signature.substr(form)));
   }
-  const bool open = word.starts_with("__") || word == "ipairs";  // Lua's own ignores more, as in ipairs(f())
+  // Lua's own functions ignore further arguments, as in ipairs(f())
+  const bool open = word.starts_with("__") || word == "ipairs";
   if (most < 0 || most >= any_number || open) return any_number;
   return most + (separator != row_name.npos && row_name[separator] == ':' ? 1 : 0);
 }

@@ -11,10 +11,10 @@
 namespace pendula::lua {
 namespace {
 
-constexpr int widest = 20;  // entries of a table that are shown
-constexpr int deepest = 3;  // tables within tables
+constexpr int widest = 20;  // number of entries shown
+constexpr int deepest = 3;  // depth of nested tables shown
 
-/// Does the value say itself how it prints?
+/// Does the value define its own text?
 bool has_text(lua_State* L, int index) {
   for (const char* field : {"__tostring", "__name"}) {
     if (luaL_getmetafield(L, index, field) == LUA_TNIL) continue;
@@ -24,13 +24,13 @@ bool has_text(lua_State* L, int index) {
   return false;
 }
 
-/// tostring(), without addresses: they differ from run to run and say nothing.
+/// tostring() without addresses, which differ from run to run.
 std::string plain_text(lua_State* L, int index) {
   const int type = lua_type(L, index);
   if ((type == LUA_TFUNCTION || type == LUA_TTHREAD) && !has_text(L, index))
     return type == LUA_TFUNCTION ? "function" : "coroutine";
   if (type == LUA_TNUMBER && lua_tonumber(L, index) != lua_tonumber(L, index))
-    return "nan";  // C: "-nan" at times
+    return "nan";  // C prints "-nan" at times
   std::size_t length = 0;
   const char* text = luaL_tolstring(L, index, &length);
   std::string result(text, length);
@@ -74,8 +74,7 @@ std::string key_text(lua_State* L, int index) {
   return is_lua_name(name) ? name : "[" + quoted(name) + "]";
 }
 
-/// `key = value` of everything outside 1..length, sorted by text, so that a
-/// table is always shown the same way.
+/// `key = value` for all keys outside 1..length, sorted by text for reproducible output.
 std::vector<std::string> named_items(lua_State* L, int table, lua_Integer length, int depth) {
   std::vector<std::string> items;
   lua_pushnil(L);
@@ -104,7 +103,7 @@ std::string table_text(lua_State* L, int index, int depth) {
   items.insert(items.end(), named.begin(), named.end());
   if (left_out > 0) items.push_back("… " + std::to_string(left_out) + " more");
 
-  // A list of tables is set as the rows of a matrix.
+  // a list of tables is printed like the rows of a matrix
   const bool rows = depth == 0 && items.size() > 1 &&
                     std::all_of(items.begin(), items.end(), [](const auto& s) { return s.front() == '{'; });
   const std::string separator = rows ? ",\n " : ", ";
@@ -124,20 +123,21 @@ lua_Integer count_of_keys(lua_State* L, int table) {
 
 constexpr std::size_t longest_cell = 40;
 
-/// Expressions are cut where they are longer than a cell.
+/// The text of a cell; expressions that are too long are cut.
 std::string cell_text(lua_State* L, int index) {
   const bool real = lua_type(L, index) == LUA_TNUMBER && !lua_isinteger(L, index);
   std::string out = real ? rounded(lua_tonumber(L, index), 8) : plain_text(L, index);
   if (lua_type(L, index) != LUA_TUSERDATA || out.size() <= longest_cell) return out;
   std::size_t end = longest_cell - 3;
-  while (end > 0 && (static_cast<unsigned char>(out[end]) & 0xC0) == 0x80) --end;  // not inside a character
+  // not inside a UTF-8 character
+  while (end > 0 && (static_cast<unsigned char>(out[end]) & 0xC0) == 0x80) --end;
   return out.substr(0, end) + "…";
 }
 
 using Cells = std::vector<std::pair<std::string, std::string>>;  // key and text, by key
 
-/// The cells of a record: { t = 1, values = { x = 2 } } has t and values.x. Nothing where the table at the
-/// top is no record of short values.
+/// The cells of a record: { t = 1, values = { x = 2 } } has t and values.x. False if the table on top is no
+/// record of short values.
 bool read_record(lua_State* L, const std::string& prefix, Cells& cells) {
   luaL_checkstack(L, 8, nullptr);
   if (!is_plain_table(L, -1) || lua_rawlen(L, -1) > 0) return false;
@@ -160,7 +160,8 @@ bool read_record(lua_State* L, const std::string& prefix, Cells& cells) {
   return good && !cells.empty();
 }
 
-/// All keys of the rows in order; none where a row has less than two thirds of them: no list of like records.
+/// All keys of the rows in order; empty if a row has less than two thirds of them, so that the records
+/// are not alike.
 std::vector<std::string> columns_of(const std::vector<Cells>& rows) {
   std::set<std::string> keys;
   for (const Cells& row : rows)
@@ -170,7 +171,7 @@ std::vector<std::string> columns_of(const std::vector<Cells>& rows) {
   return {keys.begin(), keys.end()};
 }
 
-/// A list of records with like keys, one below the other under their names; "" for any other table.
+/// A list of similar records as a table with the keys as head; "" for any other table.
 std::string record_table(lua_State* L, int index) {
   constexpr lua_Integer most = 1000;
   const int list = lua_absindex(L, index);

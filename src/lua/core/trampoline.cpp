@@ -17,8 +17,8 @@ namespace pendula::lua {
 
 namespace {
 
-/// The last error of a callback: { text =, value =, callers = }, and passed = true once it has gone on to the
-/// lines that called the function of the library.
+/// The last error of a callback: { text =, value =, callers = }. passed = true once it has propagated to the
+/// lines that called the library function.
 char kept_error_key;
 
 /// Pushes the kept error if its text is `message`; else nothing.
@@ -34,7 +34,7 @@ bool push_kept_error(lua_State* L, const char* message) {
   return false;
 }
 
-/// Whether this error came through a callback; then its callers are on the stack.
+/// Did this error pass through a callback? Then pushes its callers.
 bool push_callers_of_callback(lua_State* L, const char* message) {
   if (!push_kept_error(L, message)) return false;
   lua_getfield(L, -1, "passed");
@@ -45,7 +45,7 @@ bool push_callers_of_callback(lua_State* L, const char* message) {
   return passed;
 }
 
-/// Pushes the error object that belongs to this text if protected_call kept one, else the text.
+/// Pushes the error object that protected_call kept for this text, or the text itself.
 void push_lua_error(lua_State* L, const char* message) {
   if (!push_kept_error(L, message)) {
     lua_pushstring(L, message);
@@ -61,7 +61,7 @@ void push_message(lua_State* L, const std::string& name, const std::string& what
   lua_pushlstring(L, message.data(), message.size());
 }
 
-/// The exception being handled, as a Lua error value on the stack.
+/// Pushes the exception being handled as a Lua error value.
 void push_exception(lua_State* L, const std::string& name) {
   try {
     throw;
@@ -82,7 +82,7 @@ void push_exception(lua_State* L, const std::string& name) {
   }
 }
 
-/// A function of the library that is running; callbacks can call others inside it.
+/// A running library function; its callbacks can call others.
 class Running {
  public:
   Running() { ++depth_; }
@@ -99,14 +99,14 @@ int trampoline(lua_State* L) {
   const Row& row = *static_cast<const Row*>(lua_touserdata(L, lua_upvalueindex(1)));
   try {
     poll_interrupt();
-    check_stack();  // of callbacks in callbacks
+    check_stack();  // for callbacks nested in callbacks
     if (Running::none()) begin_window_if_grown(L);
     const Running running;
     luaL_checkstack(L, 40, "too many arguments");
     refuse_more_arguments(L, row.name, row.signature, lua_upvalueindex(2));
     Call call(L, row);
     return row.function(call);
-  } catch (const std::exception&) {  // not (...): Lua's own errors pass through
+  } catch (const std::exception&) {  // not (...): Lua's own errors must pass
     push_exception(L, shown_name(row.name));
   }
   return lua_error(L);
@@ -125,7 +125,7 @@ void refuse_more_arguments(lua_State* L, std::string_view name, std::string_view
   while (given > most && lua_isnil(L, given)) --given;
   if (given <= most) return;
   const int object = name.find(':') == name.npos ? 0 : 1;
-  // The function itself says best what its table is: integrate(0, 1).
+  // the function itself reports better what its table must be: integrate(0, 1)
   const bool table = signature.substr(0, signature.find("->")).find('{') != signature.npos;
   if (most - object == 1 && table && !lua_istable(L, most)) return;
   throw Error(text("expected ", most == object ? "no" : text(most - object),
@@ -169,10 +169,10 @@ std::string shown_name(const std::string& row_name) {
 
 static bool is_ours(const lua_Debug& frame) { return std::strncmp(frame.source, "=stdlib/", 8) == 0; }
 
-/// The level of the nearest line of a user's code; the number of levels where there is none.
+/// The level of the innermost line of user code; the number of levels if there is none.
 static int user_level(lua_State* L) {
   lua_Debug frame;
-  const auto is_behind = [&](int level) {  // the functions of the library that are running
+  const auto is_behind = [&](int level) {  // outside the running library functions
     if (lua_getstack(L, level, &frame) == 0) return true;
     lua_getinfo(L, "Sl", &frame);
     return frame.currentline > 0 && !is_ours(frame);
@@ -180,8 +180,8 @@ static int user_level(lua_State* L) {
   constexpr int near = 1000;
   for (int level = 0; level < near; ++level)
     if (is_behind(level)) return level;
-  // A function of the library that calls itself 100 000 times. lua_getstack counts from the top, so that to
-  // look at all levels would cost their square.
+  // Bisection, for a library function that calls itself 100 000 times: lua_getstack counts from the top, and
+  // inspecting all levels would cost the square of their number.
   int inside = near - 1, behind = 2 * near;
   while (!is_behind(behind)) inside = std::exchange(behind, 2 * behind);
   while (behind - inside > 1) {
@@ -195,14 +195,13 @@ std::string user_position(lua_State* L) {
   lua_Debug frame;
   if (lua_getstack(L, user_level(L), &frame) == 0) return "";
   lua_getinfo(L, "Sl", &frame);
-  // Lua cuts short_src at 60 characters; a file name stays whole, so that editors can jump to it.
+  // Lua truncates short_src to 60 characters; the full file name lets editors jump to it.
   const char* source = frame.source[0] == '@' ? frame.source + 1 : frame.short_src;
   return text(source, ":", frame.currentline, ": ");
 }
 
-static  /// What Lua's own words do not tell somebody who called or measured a value of the wrong kind.
-    std::string
-    remedy_for_lua_error(const std::string& message) {
+/// Advice that Lua's own message lacks, for a call or length of a value of the wrong type.
+static std::string remedy_for_lua_error(const std::string& message) {
   const auto quoted = [&] {
     const auto begin = message.find('\'') + 1;
     return message.substr(begin, message.find('\'', begin) - begin);
@@ -240,10 +239,10 @@ std::string blamed_on_caller(lua_State* L, const std::string& message) {
   for (int level = user_level(L) - 1; level >= 0 && lua_getstack(L, level, &frame) != 0; --level) {
     lua_getinfo(L, "Sn", &frame);
     if (!is_ours(frame)) continue;
-    name = frame.name ? frame.name : "";  // of the outermost one; unknown after a tail call
+    name = frame.name ? frame.name : "";  // of the outermost call; unknown after a tail call
     break;
   }
-  if (!what.starts_with("attempt to ")) return user_position(L) + what;  // it was written for a person
+  if (!what.starts_with("attempt to ")) return user_position(L) + what;  // written for users already
   if (name.empty()) return text(user_position(L), "an argument does not fit: ", what);
   return text(user_position(L), name, ": an argument does not fit: ", what, "; help \"", name,
               "\" says what is expected");
@@ -275,7 +274,8 @@ std::string callers(lua_State* L, const std::string& message) {
     return kept;
   }
   constexpr int most = 8;
-  constexpr int deepest = 1000;  // lua_getstack counts from the top: all levels cost their square
+  // lua_getstack counts from the top: inspecting all levels would cost the square of their number
+  constexpr int deepest = 1000;
   std::string lines, last;
   lua_Debug frame;
   int found = 0;
@@ -285,7 +285,7 @@ std::string callers(lua_State* L, const std::string& message) {
     if (frame.currentline <= 0 || std::strncmp(frame.source, "=stdlib/", 8) == 0) continue;
     const std::string place = text(frame.source + 1, ":", frame.currentline);
     if (place == std::exchange(last, place)) continue;
-    if (++found == 1) continue;  // the line that the message begins with
+    if (++found == 1) continue;  // the line with which the message begins
     if (found > most + 1) return lines + "\n  …";
     if (frame.source[0] == '@') lines += "\n  called from " + place;
   }

@@ -24,7 +24,7 @@ char interned_key;  // registry: the weak table id -> userdata
   throw Error(text(what, " must be ", expected, ", not ", describe(L, index), remedy));
 }
 
-/// Leaves the table of interned expressions on the stack.
+/// Pushes the table of interned expressions.
 void push_interned_table(lua_State* L) {
   if (lua_rawgetp(L, LUA_REGISTRYINDEX, &interned_key) == LUA_TTABLE) return;
   lua_pop(L, 1);
@@ -77,7 +77,7 @@ bool is_scalar(lua_State* L, int index) {
   return lua_type(L, index) == LUA_TNUMBER || lua_type(L, index) == LUA_TSTRING || object<Expr>(L, index);
 }
 
-/// Visits the entries 1..n of a list; inside the callback the entry is on top of the stack.
+/// Calls visit for the entries 1..n of a list, each on top of the stack.
 template <class Visit>
 void each_entry(lua_State* L, int list, const std::string& what, const Visit& visit) {
   luaL_checkstack(L, 8, nullptr);
@@ -122,7 +122,7 @@ MatX on_top(const std::vector<MatX>& blocks, const std::string& what) {
   return all;
 }
 
-/// A list inside a list: one row, of scalars or of blocks.
+/// A list inside a list: a row of scalars or of blocks.
 MatX read_row(lua_State* L, int list, const std::string& what) {
   std::vector<MatX> blocks;
   each_entry(L, list, what, [&](lua_Integer i) {
@@ -134,7 +134,7 @@ MatX read_row(lua_State* L, int list, const std::string& what) {
 
 MatX read_list(lua_State* L, int list, const std::string& what) {
   std::vector<MatX> blocks;
-  std::vector<Expr> scalars;  // a run of scalars is one block: long lists of numbers are common
+  std::vector<Expr> scalars;  // consecutive scalars form one block, since long lists of numbers are common
   const auto flush = [&] {
     if (!scalars.empty())
       blocks.push_back(Eigen::Map<const VecX>(scalars.data(), static_cast<Eigen::Index>(scalars.size())));
@@ -207,7 +207,7 @@ lua_Integer list_size(lua_State* L, int list, const std::string& what) {
     largest = std::max(largest, lua_tointeger(L, -1));
   }
   if (count == largest) return count;
-  for (lua_Integer i = 1;; ++i) {  // one of the keys 1 … largest is missing
+  for (lua_Integer i = 1;; ++i) {  // reports a missing key among 1 … largest
     const bool missing = lua_rawgeti(L, list, i) == LUA_TNIL;
     lua_pop(L, 1);
     if (missing) throw Error(text(entry_of(i, what), " is nil"));
@@ -224,8 +224,8 @@ bool is_expression(lua_State* L, int index) {
   }
 }
 
-/// Is there a symbol (π and e are none) or a call in an expression? Remembered by node, as
-/// expressions are asked while they grow.
+/// Does an expression contain a symbol (other than π and e) or a call? Cached by node, since expressions are
+/// tested while they grow.
 class SymbolsInside : public Remembered {
  public:
   bool operator()(Expr e) {
@@ -239,7 +239,7 @@ class SymbolsInside : public Remembered {
   }
 
  private:
-  /// Decides, or puts the operands that have to be looked at before.
+  /// Decides a node, or pushes the operands to be decided first.
   void look_at(Expr node, std::vector<Expr>& open) {
     const auto size = open.size();
     bool inside = node.op() == Op::call || (node.is_symbol() && symbol_of(node).kind != Kind::constant);
@@ -341,7 +341,7 @@ Mat to_numeric_matrix(lua_State* L, int index, const std::string& what) {
     return numeric_of(std::get<MatX>(m->store), what);
   }
   if (!lua_istable(L, index)) return numeric_of(to_matrix(L, index, what), what);
-  // Lists of plain numbers are data: they are read without making constants of them.
+  // lists of plain numbers are data; they are read without creating constants
   std::vector<double> data;
   bool plain = true;
   each_entry(L, index, what, [&](lua_Integer) {
@@ -397,7 +397,7 @@ int push_equation(lua_State* L, Equation e) {
 
 namespace {
 
-/// __index of numbers. Upvalue-free: the members are those of the type expr.
+/// __index of numbers, which have the members of type expr. Has no upvalues.
 int index_number(lua_State* L) {
   const bool named = lua_type(L, 2) == LUA_TSTRING;
   if (named && std::string("T") == lua_tostring(L, 2)) {

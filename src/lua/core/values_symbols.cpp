@@ -1,4 +1,4 @@
-// Symbols, tables keyed by symbols, lists of equations, and the names under which columns are printed.
+// Symbols, tables keyed by symbols, lists of equations, and the names of columns for printing.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -24,7 +24,7 @@ struct Name {
   int order;
 };
 
-/// "x''" -> x, 2. The typographic ′ and ″ are read too, since that is what we print.
+/// Splits "x''" into x and 2. The typographic ′ and ″, which are printed, are accepted as well.
 Name split_name(std::string word) {
   Name name{std::move(word), 0};
   for (const auto& [mark, order] : {std::pair{"'", 1}, {"′", 1}, {"″", 2}, {"‴", 3}})
@@ -45,7 +45,7 @@ std::vector<std::string> names_of(std::span<const Expr> known) {
   return names;
 }
 
-/// All entries of the declared column, also those that are not among the known ones.
+/// All entries of the declared column, including those that are not among the known ones.
 std::vector<Expr> whole_column(const std::vector<Expr>& known, const std::string& name) {
   std::vector<Expr> all = vector_components(name);
   const int order = symbol_of(known[0]).order;
@@ -54,7 +54,7 @@ std::vector<Expr> whole_column(const std::vector<Expr>& known, const std::string
   return std::find(all.begin(), all.end(), known[0]) == all.end() ? known : all;
 }
 
-/// "x.dot", "x_dot", "x.ddot" -> "x'", "x''"; "" if the word does not end so.
+/// Rewrites "x.dot", "x_dot", "x.ddot" to "x'", "x''"; "" if the word does not end so.
 std::string with_marks(const std::string& word) {
   for (const auto& [suffix, marks] : {std::pair{"ddot", "''"}, {"dot", "'"}})
     for (const char* joint : {".", "_"}) {
@@ -65,7 +65,7 @@ std::string with_marks(const std::string& word) {
   return "";
 }
 
-/// For "xdot" and "dx", when there is an x.
+/// A hint for "xdot" and "dx" if there is an x.
 std::string derivative_hint(const std::string& word, const std::vector<std::string>& names) {
   for (const std::string& name : names)
     if (word == name + "dot" || word == "d" + name || word == name + "_d" || word == name + "p")
@@ -73,7 +73,7 @@ std::string derivative_hint(const std::string& word, const std::vector<std::stri
   return "";
 }
 
-/// Where no name is near: which there are.
+/// Lists the known symbols if no name is similar.
 std::string symbols_at_hand(std::span<const Expr> known) {
   constexpr std::size_t most = 8;
   std::vector<std::string> names;
@@ -90,7 +90,7 @@ std::string symbols_at_hand(std::span<const Expr> known) {
   return text(" Known here: ", join(names, ", "), ".");
 }
 
-/// The one leaf with another spelling of the name: q[1] for q₁, theta1 for theta_1.
+/// The unique leaf with another spelling of the name: q[1] for q₁, theta1 for theta_1.
 std::optional<Expr> spelled_otherwise(const std::string& word, std::span<const Expr> known) {
   const std::string plain = plain_spelling(word);
   std::optional<Expr> found;
@@ -126,7 +126,7 @@ std::vector<Expr> leaves_named(const std::string& word, const std::string& what,
     throw Error(text(what, ": there are two symbols named '", word,
                      "' (of different kinds); use the symbol, not its name"));
   const bool scalar =
-      !exact.empty() && (components.empty() ||  // the name means what it was last used for
+      !exact.empty() && (components.empty() ||  // the name means its last use
                          latest_declaration_of(components[0]) < latest_declaration_of(exact[0]));
   if (scalar) return exact;
   std::sort(components.begin(), components.end(),
@@ -226,7 +226,7 @@ void each_symbol_entry(lua_State* L, int table, const std::string& what, std::sp
   if (!lua_istable(L, table))
     throw Error(text(what, " must be a table { [x] = 1, … }, not ", describe(L, table)));
   luaL_checkstack(L, 8, nullptr);
-  lua_newtable(L);  // the values, by the order in which lua_next meets them
+  lua_newtable(L);  // the values, in the order of lua_next
   const int values = lua_gettop(L);
   std::vector<SymbolEntry> found;
   lua_pushnil(L);
@@ -241,8 +241,7 @@ void each_symbol_entry(lua_State* L, int table, const std::string& what, std::sp
     lua_rawseti(L, values, entry.value);  // pops the value
     found.push_back(std::move(entry));
   }
-  // By leaf, then by key: equal first leaves are an error, whose text must
-  // not depend on the hash order either.
+  // By leaf, then by key: duplicate first leaves are an error, whose text must not depend on the hash order.
   std::sort(found.begin(), found.end(), [](const SymbolEntry& a, const SymbolEntry& b) {
     const auto place_of = [](const SymbolEntry& e) {
       return std::pair(declaration_of(e.leaves[0]), symbol_of(e.leaves[0]).order);
@@ -275,7 +274,7 @@ std::string SymbolEntry::key() const {
   return leaves.size() == 1 ? leaf_name(leaves[0]) : vector_to_text(column(leaves));
 }
 
-/// A number, or a list of as many numbers as there are leaves. False: it is something else.
+/// Adds a number, or a list with one number per leaf. False for anything else.
 static bool add_plain_numbers(lua_State* L, const SymbolEntry& entry,
                               std::vector<std::pair<Expr, double>>& numbers) {
   const std::size_t size = entry.leaves.size();
@@ -374,7 +373,7 @@ std::vector<Expr> column_on_top(lua_State* L) {
   return components;
 }
 
-/// A column keeps the name it was declared with: var("q", 6) is q whatever variable holds it.
+/// A column keeps its declared name: var("q", 6) is q in whatever variable it is stored.
 bool declared(const std::vector<Expr>& components) {
   const Symbol& first = symbol_of(components[0]);
   return !first.vector.empty() && vector_components(first.vector) == components;
@@ -390,11 +389,12 @@ void offer_name(lua_State* L, const char* name, Aliases& aliases) {
   const auto [it, made] = aliases.try_emplace(ids, VectorName{name, components});
   const std::string& taken = it->second.name;
   const std::string offered = name;
-  // The shortest name wins, then the alphabet: the choice may not depend on the order of a hash table.
+  // The shortest name, then the first in the alphabet, so that the choice does not depend on the order of
+  // a hash table.
   if (!made && std::pair(offered.size(), offered) < std::pair(taken.size(), taken)) it->second.name = offered;
 }
 
-/// Locals and upvalues of one running function of the user.
+/// Adds the names of locals and upvalues of a running function of the user.
 void names_in_frame(lua_State* L, lua_Debug& frame, Aliases& aliases) {
   for (int i = 1; const char* name = lua_getlocal(L, &frame, i); ++i) {
     offer_name(L, name, aliases);

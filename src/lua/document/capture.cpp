@@ -31,7 +31,8 @@ Capture::Capture() {
   memory_ = memfd_create("pendula-output", MFD_CLOEXEC);
   if (memory_ < 0) refuse();
   for (int i = 0; i < 2; ++i) {
-    before_[i] = fcntl(descriptors[i], F_DUPFD_CLOEXEC, 3);  // -1 where it is closed: closed again at the end
+    // -1 if it is closed; it is closed again at the end
+    before_[i] = fcntl(descriptors[i], F_DUPFD_CLOEXEC, 3);
     if (dup2(memory_, descriptors[i]) < 0) refuse();
   }
 }
@@ -58,7 +59,7 @@ std::string Capture::take() {
     if (n < 0) refuse();
     text.append(chunk, static_cast<std::size_t>(n));
   }
-  // Writers share the position of the file: the next byte goes to its beginning again.
+  // Writers share the position of the file: the next byte goes to the beginning again.
   if (at > 0 && (lseek(memory_, 0, SEEK_SET) < 0 || ftruncate(memory_, 0) < 0)) refuse();
   return text;
 }

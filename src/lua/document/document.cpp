@@ -88,7 +88,7 @@ int clock(lua_State* L) {
   return 1;
 }
 
-/// The descriptors belong to the process, and so does what catches them.
+/// The capture of the output is global, because file descriptors belong to the process.
 std::unique_ptr<Capture>& capture() {
   static std::unique_ptr<Capture> instance;
   return instance;

@@ -8,7 +8,7 @@ namespace pendula::lua {
 namespace {
 
 struct Part {
-  std::string_view name;  ///< as in PENDULA_PARTS, the list of what this build has
+  std::string_view name;  ///< as in PENDULA_PARTS, the list of components of this build
   std::string_view text;
 };
 

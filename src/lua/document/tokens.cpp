@@ -8,7 +8,7 @@
 namespace pendula::lua {
 namespace {
 
-// Not <cctype>: its answers depend on the locale, Lua's names do not.
+// Not <cctype>, which depends on the locale, while Lua's names do not.
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 bool is_word(char c) { return is_letter(c) || is_digit(c); }
@@ -72,7 +72,7 @@ class Scanner {
     add(is_keyword(source_.substr(begin, at_ - begin)) ? TokenKind::keyword : TokenKind::name, begin);
   }
 
-  /// Greedy as in llex.c: 3e-2, 0x1p+4 and the malformed 1..2 are one token each.
+  /// Greedy as in llex.c: 3e-2, 0x1p+4 and the malformed 1..2 are single tokens.
   void number() {
     const std::size_t begin = at_;
     const bool hexadecimal = peek() == '0' && (peek(1) == 'x' || peek(1) == 'X');
@@ -92,7 +92,7 @@ class Scanner {
   void quoted(char quote) {
     const std::size_t begin = at_++;
     while (at_ < source_.size() && source_[at_] != quote && source_[at_] != '\n') {
-      // A backslash takes the next character with it, a line break included; \z takes all white space.
+      // a backslash includes the next character, even a line break; \z includes all white space
       const bool skips_space = source_[at_] == '\\' && peek(1) == 'z';
       at_ = std::min(at_ + (source_[at_] == '\\' ? 2 : 1), source_.size());
       if (skips_space) skip_space();

@@ -13,15 +13,15 @@
 namespace pendula::lua {
 namespace {
 
-/// f(t) with the symbol t, if the function can be followed symbolically: no
-/// branches on t, vocabulary functions only.
+/// f(t) as an expression, if the function can be traced with the symbol t: no branches on t,
+/// library functions only.
 std::optional<MatX> traced(lua_State* L, int function, const std::string& what) {
   lua_pushvalue(L, function);
   push_expr(L, time_symbol());
   try {
     protected_call(L, 1, 1);
   } catch (const LuaError& e) {
-    // An input that integrates itself would be tried twice at every depth.
+    // an input that integrates itself would be attempted twice at every depth
     if (std::string_view(e.what()).find("stack overflow") != std::string_view::npos) throw;
     return {};
   }
@@ -94,7 +94,7 @@ SampleTable sample_fields(lua_State* L, int index, const std::string& what) {
   return table;
 }
 
-/// Samples in any of their forms, or nothing.
+/// Samples in any of their forms; empty for other values.
 std::optional<SampleTable> samples(lua_State* L, int index, std::size_t components, const std::string& what) {
   if (const auto* held = object_at(L, index, TypeName<sysid::IdData>::value)) {
     const auto& d = *static_cast<const sysid::IdData*>(held->get());
@@ -163,7 +163,7 @@ Inputs read_inputs(const Options& options, const dae::Model& model, lua_State* L
   Inputs inputs;
   if (!options.has("inputs")) return inputs;
   const int table = options.push("inputs");
-  std::vector<Expr> known = model.inputs;  // and their derivatives, for functions that cannot be traced
+  std::vector<Expr> known = model.inputs;  // with their derivatives, for functions that cannot be traced
   for (Expr u : model.inputs)
     for (int k = 1; k <= 4; ++k) known.push_back(derivative_leaf(u, k));
   each_symbol_entry(L, table, "inputs", known, [&](const SymbolEntry& entry) {
@@ -182,7 +182,7 @@ Inputs read_inputs(const Options& options, const dae::Model& model, lua_State* L
       inputs.numeric.push_back({entry.leaves[i], numeric(f, static_cast<Eigen::Index>(i), entry.key())});
   });
   lua_pop(L, 1);
-  // Reduction differentiates further than the model as written: every order that can occur is prepared.
+  // Reduction differentiates the model further; every order that can occur is prepared.
   Substitution all = inputs.expressions;
   for (const auto& [leaf, value] : inputs.expressions)
     for (int k = 1; k <= 4; ++k)
@@ -191,10 +191,10 @@ Inputs read_inputs(const Options& options, const dae::Model& model, lua_State* L
   return inputs;
 }
 
-/// Those in the expressions of a value, of the entries of a table, and of what
-/// functions return that can be traced.
+/// Adds the parameters in the expressions of a value, of the entries of a table, and of the results of
+/// functions that can be traced.
 static void add_parameters(lua_State* L, int index, bool trace, std::vector<Expr>& found, int depth = 0) {
-  constexpr int deepest = 4;  // events: list, event, reset, column; a table may contain itself
+  constexpr int deepest = 4;  // events: list, event, reset, column; limits tables that contain themselves
   const auto add = [&](const MatX& m) {
     for (Expr leaf : leaves({m.data(), static_cast<std::size_t>(m.size())}))
       if (symbol_of(leaf).kind == Kind::parameter &&

@@ -27,7 +27,7 @@ MatX stacked_results(lua_State* L, int base, const std::string& what) {
   return column(all);
 }
 
-/// r(x) by calling the function with numbers; an empty r takes whatever comes.
+/// r(x) by calling the function with numbers; an empty r accepts any length.
 void call_with_numbers(const FunctionReference& f, bool as_column, const Vec& x, Vec& r) {
   lua_State* L = f.push();
   const int base = lua_gettop(L) - 1;
@@ -125,7 +125,7 @@ void read_unknowns(Call& call, const Options& options, Problem& problem) {
       throw Error(text("x lists '", leaf_name(problem.x[i]), "' twice"));
 }
 
-/// Values of what is not unknown: params first, then defaults.
+/// Values of the symbols that are not unknowns: params first, then defaults.
 void read_values(Call& call, const Options& options, Problem& problem) {
   std::vector<Expr> others;
   for (Expr leaf : leaves(problem.r)) {
@@ -147,7 +147,7 @@ void read_values(Call& call, const Options& options, Problem& problem) {
   }
 }
 
-/// Unknowns for a Lua function without x: its parameter names, or x1 … xn.
+/// Unknowns of a Lua function without x: its parameter names, or x1 … xn.
 std::vector<Expr> invented(lua_State* L, int index, std::size_t n) {
   std::vector<std::string> names = parameter_names(L, index);
   std::vector<Expr> x;
@@ -157,7 +157,7 @@ std::vector<Expr> invented(lua_State* L, int index, std::size_t n) {
   return x;
 }
 
-/// r is a Lua function: traced if possible, else called with numbers.
+/// A Lua function r: traced if possible, else called with numbers.
 void read_function(Call& call, const Options& options, const char* key, bool numbers, Problem& problem) {
   lua_State* L = call.L;
   const int top = lua_gettop(L);

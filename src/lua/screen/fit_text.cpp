@@ -9,7 +9,7 @@
 namespace pendula::lua {
 namespace {
 
-/// One character of a line and the place where it stands.
+/// One character of a line with its column.
 struct Glyph {
   std::string_view bytes;
   int width;
@@ -43,8 +43,8 @@ bool is_blank(const Line& line, std::size_t i) { return line[i].bytes == " "; }
 
 // ── one line ──
 
-/// Where continuation lines begin: behind the last run of two blanks or more in the first half, else four
-/// cells further in than the line itself.
+/// The column at which continuation lines begin: after the last run of at least two blanks in the first half,
+/// else four columns further in than the line itself.
 std::size_t hanging_indent(const Line& line, int columns) {
   std::size_t first = 0;
   while (first < line.size() && is_blank(line, first)) ++first;
@@ -70,10 +70,10 @@ bool is_letter(std::string_view glyph) {
   return glyph.size() == 1 && (glyph[0] | 0x20) >= 'a' && (glyph[0] | 0x20) <= 'z';
 }
 
-/// How a line is read: a sentence may contain x = 1, an equation sin and cos.
+/// The kind of a line: a sentence may contain x = 1, an equation sin and cos.
 enum class Reading { words, formula };
 
-/// A formula has operators, and fewer words of three letters that are no functions than two for each of them.
+/// A formula has operators, and less than two words of three letters (function names excluded) per operator.
 Reading reading_of(const Line& line) {
   int operators = 0, words = 0;
   for (std::size_t i = 0; i < line.size(); ++i) {
@@ -88,10 +88,11 @@ Reading reading_of(const Line& line) {
   return operators > 0 && words < 2 * operators ? Reading::formula : Reading::words;
 }
 
-/// The blank in (from, to) at which the line is best broken: late, outside brackets, in front of an operator
-/// of a formula, not beside one in a sentence; `to` if there is none.
+/// The best blank in (from, to) for a line break: late, outside brackets, before an operator of a formula but
+/// not next to one in a sentence; `to` if there is none.
 std::size_t best_break(const Line& line, std::size_t from, std::size_t to, Reading reading) {
-  constexpr int per_depth = 12, inside_product = 25;  // cells that a break may come earlier to avoid these
+  // columns by which a break may come earlier to avoid these
+  constexpr int per_depth = 12, inside_product = 25;
   std::size_t best = to;
   int least = 0, depth = 0;
   for (std::size_t i = from; i < to; ++i) {
@@ -126,7 +127,7 @@ std::string folded(const Line& line, int columns) {
       const std::size_t at = best_break(line, first_word, to, reading);
       if (at < to) {
         to = at;
-      } else {  // one word: it stays whole
+      } else {  // a single word is not broken
         while (to < line.size() && !is_blank(line, to)) ++to;
       }
     } else if (to < line.size() && (reading == Reading::formula) != is_operator(line, to)) {
@@ -149,7 +150,7 @@ bool is_rule(const Line& line) {
   return first != line.end() && first->bytes == "─";
 }
 
-/// Columns of a group of lines: [begin, end) cells, separated by blanks that all lines but rules share.
+/// Columns of a group of lines: cells [begin, end), separated by blanks common to all lines except rules.
 struct Segment {
   std::size_t begin, end;
 };
@@ -170,7 +171,7 @@ std::vector<Segment> segments(const std::vector<Line>& lines) {
   return list;
 }
 
-/// The first columns that fit beside the last one, ⋯ in between; "" where there are too few columns.
+/// The first columns that fit next to the last one, with ⋯ in between; "" if there are too few columns.
 std::string elided(const std::vector<Line>& lines, int columns) {
   const std::vector<Segment> all = segments(lines);
   constexpr std::size_t fewest = 4;
@@ -200,7 +201,7 @@ bool is_ruled(std::string_view line) {
   return contains(line, "│") || contains(line, "─┼─") || contains(line, "─┴─");
 }
 
-/// The number of lines from `at` that form one matrix or one table of columns; 1 if it is a line of its own.
+/// The number of lines from `at` that form one matrix or one table of columns; 1 for an independent line.
 std::size_t group_size(const std::vector<std::string_view>& lines, std::size_t at, int columns) {
   std::size_t end = at;
   if (contains(lines[at], "⎡")) {
@@ -213,7 +214,7 @@ std::size_t group_size(const std::vector<std::string_view>& lines, std::size_t a
   return std::max<std::size_t>(end - at, 1);
 }
 
-/// Are these rows of numbers? A line of words is wrapped, not cut.
+/// Do these rows contain numbers? Lines of words are wrapped instead of cut.
 bool is_numeric(const std::vector<std::string_view>& lines, std::size_t at, std::size_t n) {
   std::size_t letters = 0, digits = 0;
   for (std::size_t i = at; i < at + n; ++i)
@@ -262,7 +263,7 @@ std::string fitted(const std::string& text, int columns) {
   return out;
 }
 
-/// A cell of a drawing by its upper and lower dots (U+2800 and the bits of the dots).
+/// A cell of a drawing in ASCII, by its upper and lower dots (U+2800 and the bits of the dots).
 static const char* braille_in_ascii(std::string_view bytes) {
   const unsigned dots =
       (static_cast<unsigned char>(bytes[1]) & 3u) << 6 | (static_cast<unsigned char>(bytes[2]) & 63u);
@@ -316,7 +317,7 @@ std::string in_ascii(const std::string& text) {
       out += g.bytes;
       continue;
     }
-    if (g.width == 0) continue;  // an accent of its own
+    if (g.width == 0) continue;  // a combining accent
     if (g.bytes.size() == 3 && g.bytes >= "\u2800" && g.bytes <= "\u28FF") {
       out += braille_in_ascii(g.bytes);
       continue;

@@ -19,7 +19,7 @@ namespace {
 
 bool a_person_waits = false;
 
-/// The terminal without line editing and echo, while it lives.
+/// Switches line editing and echo of the terminal off during its lifetime.
 class RawTerminal {
  public:
   RawTerminal() {
@@ -47,7 +47,7 @@ bool input_waits() {
   return poll(&keyboard, 1, 0) > 0;
 }
 
-/// How many lines come next: a screen, one, or none.
+/// The number of lines to show next: a screen, one, or none.
 enum class Wish { screen, line, leave };
 
 Wish ask() {
@@ -58,7 +58,7 @@ Wish ask() {
   std::fputs("\r\033[K", stdout);
   constexpr char ctrl_c = 3, ctrl_d = 4, escape = 27;
   if (!read_one || key == 'q' || key == 'Q' || key == ctrl_c || key == ctrl_d) return Wish::leave;
-  if (key == escape) {  // an arrow key: its other bytes are no answers
+  if (key == escape) {  // an arrow key, whose other bytes are not keys
     char rest[8];
     while (input_waits() && read(STDIN_FILENO, rest, sizeof rest) > 0) continue;
     return Wish::line;

@@ -9,7 +9,7 @@ namespace pendula::lua {
 
 namespace {
 
-char values_key, lines_key;  // registry: what was assigned, and where
+char values_key, lines_key;  // registry: assigned values, and the lines of assignment
 
 /// __newindex of _G. Upvalue: the set of names.
 int assign(lua_State* L) {
@@ -66,7 +66,7 @@ int leaves_of(lua_State* L) {
   return 2;
 }
 
-/// Pushes stdlib/grade, made once.
+/// Pushes stdlib/grade, loaded once.
 void push_grader(lua_State* L) {
   static char key;
   if (lua_rawgetp(L, LUA_REGISTRYINDEX, &key) == LUA_TTABLE) return;
@@ -99,7 +99,7 @@ void watch_answers(lua_State* L, const std::vector<std::string>& names) {
     lua_setfield(L, -2, name.c_str());
   }
   lua_pushglobaltable(L);
-  lua_getmetatable(L, -1);  // the strict one: made by open_library
+  lua_getmetatable(L, -1);  // the strict metatable made by open_library
   lua_pushvalue(L, -3);
   lua_pushcclosure(L, assign, 1);
   lua_setfield(L, -2, "__newindex");

@@ -18,7 +18,7 @@ const Tell& tell_of(lua_State* L) {
   return *static_cast<const Tell*>(lua_touserdata(L, lua_upvalueindex(1)));
 }
 
-/// Upvalues: tell, the name of the call.
+/// Reports a call and raises an error. Upvalues: tell, the name of the call.
 int refuse(lua_State* L) {
   const std::string name = lua_tostring(L, lua_upvalueindex(2));
   tell_of(L)(name);
@@ -27,7 +27,8 @@ int refuse(lua_State* L) {
       " is forbidden in safe mode: a script can neither start programs nor use files outside its folder");
 }
 
-/// Upvalues: tell, the name of the call, the original, whose third result is the number of the error.
+/// Calls the original and reports failures. Upvalues: tell, the name of the call, the original, whose third
+/// result is the error number.
 int watch(lua_State* L) {
   const int arguments = lua_gettop(L);
   const std::string file = arguments > 0 && lua_type(L, 1) == LUA_TSTRING ? lua_tostring(L, 1) : "";
@@ -40,7 +41,7 @@ int watch(lua_State* L) {
   return lua_gettop(L);
 }
 
-/// The same of a function that raises its errors.
+/// The same for a function that raises its errors.
 int watch_raised(lua_State* L) {
   const int arguments = lua_gettop(L);
   const std::string file = arguments > 0 && lua_type(L, 1) == LUA_TSTRING ? lua_tostring(L, 1) : "";
@@ -66,7 +67,7 @@ void replace(lua_State* L, const char* library, const char* function, const Tell
 }  // namespace
 
 void forbid_calls(lua_State* L, const Tell& tell, std::size_t memory) {
-  have_polynomials();  // FLINT is opened while files can be: solve, factor and roots are made of it
+  have_polynomials();  // loads FLINT while files can be opened: solve, factor and roots need it
   for (const char* function : {"execute", "tmpname"}) replace(L, "os", function, tell, guarded<refuse>);
   for (const char* function : {"popen", "tmpfile"}) replace(L, "io", function, tell, guarded<refuse>);
   for (const char* function : {"remove", "rename"}) replace(L, "os", function, tell, watch);

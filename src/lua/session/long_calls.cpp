@@ -14,11 +14,11 @@ namespace pendula::lua {
 
 namespace {
 
-/// Up to here the originals answer within some 50 ms.
+/// up to these sizes the originals take at most some 50 ms
 constexpr lua_Integer many_entries = 1 << 17;
 constexpr std::size_t many_bytes = std::size_t{1} << 22;
 
-/// Is there a whole number at `index`? 1e9 is one.
+/// Is there a whole number at `index`? 1e9 counts as one.
 bool is_whole(lua_State* L, int index) {
   int whole = 0;
   lua_tointegerx(L, index, &whole);
@@ -33,7 +33,7 @@ int less(lua_State* L) {
   return 1;
 }
 
-/// table.sort(list [, comp]): a comparison in Lua can be interrupted, `<` between numbers or strings cannot.
+/// table.sort(list [, comp]): a comparison in Lua can be interrupted, the built-in `<` cannot.
 int sort(lua_State* L) {
   if (lua_istable(L, 1) && lua_isnoneornil(L, 2) && luaL_len(L, 1) > many_entries) {
     lua_settop(L, 1);
@@ -42,8 +42,7 @@ int sort(lua_State* L) {
   return call_original(L);
 }
 
-/// to[at + k] = from[first + k], k = 0 … count - 1, in the order that never
-/// overwrites what is still to be read.
+/// to[at + k] = from[first + k], k = 0 … count - 1, in the order that does not overwrite unread entries.
 void copy_entries(lua_State* L, int from, int to, lua_Integer first, lua_Integer at, lua_Integer count,
                   bool backwards) {
   for (lua_Integer n = 0; n < count; ++n) {
@@ -105,7 +104,7 @@ int push_filled(lua_State* L, std::size_t size, const Fill& fill) {
   return 1;
 }
 
-/// The string at 1 if it is a long one; empty else.
+/// The string at index 1 if it is long, otherwise empty.
 std::string_view long_string(lua_State* L) {
   std::size_t size = 0;
   const char* bytes = lua_type(L, 1) == LUA_TSTRING ? lua_tolstring(L, 1, &size) : nullptr;
@@ -141,7 +140,7 @@ int repeat(lua_State* L) {
   const lua_Integer n = lua_tointeger(L, 2);
   const std::size_t period = size + gap;
   constexpr auto most = static_cast<std::size_t>(LUA_MAXINTEGER) / 4;
-  // Too long at all is for the original to refuse.
+  // excessive lengths are rejected by the original
   if (n < 2 || period == 0 || static_cast<std::size_t>(n) > most / period) return call_original(L);
   const std::size_t total = static_cast<std::size_t>(n) * period - gap;
   if (total <= many_bytes) return call_original(L);
@@ -163,8 +162,8 @@ int repeat(lua_State* L) {
 
 // ── finalizers ──
 
-/// Calls a finalizer (upvalue 1) in a coroutine: Lua switches hooks off while the collector calls one, and
-/// without hooks an endless loop cannot be stopped.
+/// Calls a finalizer (upvalue 1) in a coroutine, since Lua disables hooks while the collector calls one, and
+/// an endless loop could not be stopped.
 int finalize(lua_State* L) {
   lua_State* co = lua_newthread(L);
   lua_pushvalue(L, lua_upvalueindex(1));
@@ -195,7 +194,7 @@ int set_metatable(lua_State* L) {
   return call_original(L);
 }
 
-/// Replaces table[name] of the table on top by a closure over it.
+/// Replaces table[name] of the table on top by a closure with the original as upvalue.
 void replace(lua_State* L, const char* name, lua_CFunction function) {
   lua_getfield(L, -1, name);
   lua_pushcclosure(L, function, 1);

@@ -16,8 +16,7 @@ namespace pendula::lua {
 
 namespace {
 
-/// Replaces the exact number at `index` by a Lua number, whole ones by an integer;
-/// false if it is no such number.
+/// Replaces the exact number at `index` by a Lua number, an integer if it is whole; false for anything else.
 bool make_number(lua_State* L, int index) {
   const auto value = constant_at(L, index);
   if (!value) return false;
@@ -46,7 +45,7 @@ std::string remedy_for(lua_State* L, int index) {
   return "; its value is evaluate(e, { x = 1 }), along a solution sol(e, t)";
 }
 
-/// math.f(…). Upvalues: the original, its name.
+/// Wraps math.f(…). Upvalues: the original, its name.
 int numeric_function(lua_State* L) {
   for (int i = 1; i <= lua_gettop(L); ++i) {
     if (!is_object(L, i) || make_number(L, i)) continue;
@@ -59,7 +58,7 @@ int numeric_function(lua_State* L) {
   return call_original(L);
 }
 
-/// The letter of every conversion of a format, in order; what is no conversion is left to string.format.
+/// The letters of the conversions of a format, in order; invalid ones are left to string.format.
 std::string conversions(const char* format) {
   std::string letters;
   for (const char* at = std::strchr(format, '%'); at; at = std::strchr(at, '%')) {
@@ -75,8 +74,8 @@ bool is_nan(lua_State* L, int index) {
   return lua_type(L, index) == LUA_TNUMBER && std::isnan(lua_tonumber(L, index));
 }
 
-/// string.format(f, …): what %d, %f and their like take becomes a number; %s shows
-/// exact values as they print.
+/// string.format(f, …): converts arguments of %d, %f and similar to numbers; %s shows exact values
+/// as they print.
 int numeric_format(lua_State* L) {
   bool objects = false;
   for (int i = 2; i <= lua_gettop(L); ++i) {
@@ -97,7 +96,7 @@ int numeric_format(lua_State* L) {
   return call_original(L);
 }
 
-/// tostring(x): C prints nan with the sign that the processor happens to give it.
+/// tostring(x): without the sign of nan, which depends on the processor.
 int text_of_value(lua_State* L) {
   if (!is_nan(L, 1)) return call_original(L);
   lua_pushliteral(L, "nan");
@@ -110,7 +109,7 @@ int numeric_value(lua_State* L) {
   return call_original(L);
 }
 
-/// table.concat(list, …): exact numbers as they print, in a copy of the list.
+/// table.concat(list, …) on a copy of the list with exact numbers as they print.
 int joined_texts(lua_State* L) {
   if (!lua_istable(L, 1)) return call_original(L);
   const lua_Integer n = luaL_len(L, 1);
@@ -134,7 +133,7 @@ int joined_texts(lua_State* L) {
   return call_original(L);
 }
 
-/// Replaces table[name] of the table on top by a closure over it and its name.
+/// Replaces table[name] of the table on top by a closure with the original and its name as upvalues.
 void wrap(lua_State* L, const char* name, lua_CFunction function) {
   lua_getfield(L, -1, name);
   lua_pushstring(L, name);

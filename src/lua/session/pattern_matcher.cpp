@@ -13,7 +13,7 @@ constexpr char escape = '%';
 
 int code(char c) { return static_cast<unsigned char>(c); }
 
-/// Is c in the class %letter? A capital letter means all others; what is no class stands for itself.
+/// Is c in the class %letter? A capital letter negates the class; other characters match themselves.
 bool in_class(int c, int letter) {
   bool in = false;
   switch (std::tolower(letter)) {
@@ -60,7 +60,7 @@ const char* PatternMatcher::match(const char* s) {
   return follow(s, pattern_);
 }
 
-/// The end of a match of the rest p of the pattern at s.
+/// The end of a match of the remaining pattern p at s.
 const char* PatternMatcher::follow(const char* s, const char* p) {
   struct Level {
     int& depth;
@@ -98,7 +98,8 @@ const char* PatternMatcher::follow(const char* s, const char* p) {
   return s;
 }
 
-/// %bxy, %f[set] and %1: where they lead, p behind them. Anything else is a class and stays.
+/// Handles %bxy, %f[set] and %1: returns the position after the match and advances p. Anything else is a
+/// class and is not handled.
 const char* PatternMatcher::escaped(const char* s, const char*& p, bool& handled) {
   handled = true;
   if (p[1] == 'b') {
@@ -119,7 +120,7 @@ const char* PatternMatcher::escaped(const char* s, const char*& p, bool& handled
   return s;
 }
 
-/// Behind the single character class at p.
+/// The position after the single character class at p.
 const char* PatternMatcher::class_end(const char* p) const {
   const char first = *p++;
   if (first == escape) {

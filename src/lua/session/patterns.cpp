@@ -18,7 +18,7 @@ std::string_view string_argument(lua_State* L, int i) {
   return {bytes, size};
 }
 
-/// The offset that the optional position `i` means; negative positions count from the end.
+/// The offset for the optional position `i`; negative positions count from the end.
 std::size_t first_offset(lua_State* L, int i, std::size_t size) {
   const lua_Integer position = luaL_optinteger(L, i, 1);
   if (position > 0) return static_cast<std::size_t>(position) - 1;
@@ -64,7 +64,8 @@ int search(lua_State* L, bool find) {
 int find(lua_State* L) { return search(L, true); }
 int match(lua_State* L) { return search(L, false); }
 
-/// The iterator of gmatch. Upvalues: text, pattern, where to go on, the end of the last match (-1: none).
+/// The iterator of gmatch. Upvalues: text, pattern, position to continue from, end of the last
+/// match (-1: none).
 int next_match(lua_State* L) {
   const std::string_view source = string_argument(L, lua_upvalueindex(1));
   const std::string_view pattern = string_argument(L, lua_upvalueindex(2));
@@ -94,7 +95,7 @@ int gmatch(lua_State* L) {
   return 1;
 }
 
-/// The replacement string with its %0 … %9 filled in.
+/// Appends the replacement string with %0 … %9 substituted.
 void append_filled(lua_State* L, std::string& out, const PatternMatcher& matcher, const char* s,
                    const char* e) {
   std::string_view news = string_argument(L, 3);
@@ -119,7 +120,7 @@ void append_filled(lua_State* L, std::string& out, const PatternMatcher& matcher
   out += news;
 }
 
-/// What stands for a match; false if it stays.
+/// Appends the replacement of a match; false if the match is kept.
 bool append_value(lua_State* L, std::string& out, const PatternMatcher& matcher, const char* s,
                   const char* e) {
   switch (lua_type(L, 3)) {

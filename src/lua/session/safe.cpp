@@ -23,8 +23,8 @@ namespace pendula::lua {
 
 namespace {
 
-/// Raises unless the mode at argument `i` admits text; then makes it "t".
-/// Bytecode can crash the virtual machine.
+/// Raises an error unless the mode at argument `i` admits text, and restricts it to "t": bytecode can crash
+/// the virtual machine.
 void text_only(lua_State* L, int i) {
   const char* mode = luaL_optstring(L, i, "t");
   if (!std::strchr(mode, 't')) luaL_error(L, "bytecode is not accepted, only Lua text (mode 't')");
@@ -32,13 +32,13 @@ void text_only(lua_State* L, int i) {
   lua_replace(L, i);
 }
 
-/// load(chunk, name, mode, env). Upvalue: the original. An absent env must stay
-/// absent: nil would be an environment.
+/// load(chunk, name, mode, env). Upvalue: the original. An absent env must stay absent, since nil would
+/// be an environment.
 int safe_load(lua_State* L) {
   const int given = lua_gettop(L);
   if (given < 3) lua_settop(L, 3);
   text_only(L, 3);
-  return lua_tocfunction(L, lua_upvalueindex(1))(L);  // in this frame: its errors carry the caller's line
+  return lua_tocfunction(L, lua_upvalueindex(1))(L);  // in this frame, so that errors carry the caller's line
 }
 
 /// loadfile(name, mode, env). Upvalue: the original.
@@ -58,7 +58,7 @@ int safe_dofile(lua_State* L) {
   return dofile_results(L, 0, 0);
 }
 
-/// os.exit([code]): files are flushed and finalizers run. Upvalue: the original.
+/// os.exit([code]): flushes files and runs finalizers. Upvalue: the original.
 int safe_exit(lua_State* L) {
   lua_settop(L, 1);
   if (lua_isnone(L, 1) || lua_isnil(L, 1)) {
@@ -72,14 +72,14 @@ int safe_exit(lua_State* L) {
   return 0;
 }
 
-/// os.tmpname(): a new file, which goes when the program ends.
+/// os.tmpname(): a new file, which is removed when the program ends.
 int temporary_name(lua_State* L) {
   lua_pushstring(L, temporary_file().c_str());
   return 1;
 }
 
-/// Puts a value behind what is there. The lines of a matrix or a model stand under its first one; behind a
-/// long text they begin on a line of their own.
+/// Appends a value to a line. The lines of a matrix or model are aligned below the first one; after a long
+/// text they begin on a new line.
 void put_beside(std::string& line, std::string_view value, bool blank, bool tall) {
   if (blank) line += ' ';
   const std::size_t last = line.rfind('\n') + 1;  // npos + 1 is 0
@@ -96,8 +96,8 @@ void put_beside(std::string& line, std::string_view value, bool blank, bool tall
   }
 }
 
-/// print(…): values with a blank between them, tables that are lists of results written out; on a terminal
-/// what is no string is fitted to its width.
+/// print(…): values separated by blanks, with lists of results written out; on a terminal, values other than
+/// strings are fitted to its width.
 int print_values(lua_State* L) {
   const int count = lua_gettop(L);
   std::string line;
@@ -125,8 +125,8 @@ int print_values(lua_State* L) {
   return 0;
 }
 
-/// os.setlocale(…): numbers keep the decimal point whatever the locale, in files and
-/// in what Lua reads. Upvalue: the original.
+/// os.setlocale(…), but numbers keep the decimal point in any locale, in files and in Lua source.
+/// Upvalue: the original.
 int safe_setlocale(lua_State* L) {
   lua_pushvalue(L, lua_upvalueindex(1));
   lua_insert(L, 1);
@@ -135,7 +135,7 @@ int safe_setlocale(lua_State* L) {
   return 1;
 }
 
-/// The searcher of require: Lua text along package.path, nothing else. Upvalue: package.searchpath.
+/// The searcher of require, restricted to Lua text along package.path. Upvalue: package.searchpath.
 int search_text(lua_State* L) {
   luaL_checkstring(L, 1);
   lua_pushvalue(L, lua_upvalueindex(1));
@@ -144,7 +144,7 @@ int search_text(lua_State* L) {
   if (lua_getfield(L, -1, "path") != LUA_TSTRING) return luaL_error(L, "package.path must be a string");
   lua_remove(L, -2);
   lua_call(L, 2, 2);
-  if (lua_isnil(L, -2)) return 1;  // the list of files tried
+  if (lua_isnil(L, -2)) return 1;  // the list of files that were tried
   lua_pop(L, 1);
   const std::string file = lua_tostring(L, -1);
   if (luaL_loadfilex(L, file.c_str(), "t") != LUA_OK) return lua_error(L);
@@ -152,7 +152,7 @@ int search_text(lua_State* L) {
   return 2;
 }
 
-/// Replaces the function table[name] on the stack's top table by a closure over it.
+/// Replaces the function table[name] of the table on top by a closure with the original as upvalue.
 void wrap_field(lua_State* L, const char* name, lua_CFunction function) {
   lua_getfield(L, -1, name);
   lua_pushcclosure(L, function, 1);
@@ -178,7 +178,7 @@ void secure_package(lua_State* L) {
     lua_pushnil(L);
     lua_rawseti(L, -2, i);
   }
-  const char* home = std::getenv("HOME");  // files of one's own that every script may use
+  const char* home = std::getenv("HOME");  // the user's own files, available to every script
   const std::string own = home && *home ? std::string(home) + "/.local/share/pendula/?.lua" : "";
   const std::string path = "./?.lua;./?/init.lua" + (own.empty() ? "" : ";" + own);
   lua_pushlstring(L, path.data(), path.size());
@@ -187,7 +187,7 @@ void secure_package(lua_State* L) {
   remove_fields(L, "package", {"loadlib", "cpath"});
 }
 
-/// Replaces debug by its two harmless functions, also where require finds it.
+/// Reduces debug to its two harmless functions, also for require.
 void secure_debug(lua_State* L) {
   lua_getglobal(L, "debug");
   lua_createtable(L, 0, 2);

@@ -1,5 +1,5 @@
-// pcall, xpcall and coroutines for scripts: as in lbaselib.c and lcorolib.c, except that the interrupt marker
-// is never handed to the script but raised again.
+// pcall, xpcall and coroutines for scripts, as in lbaselib.c and lcorolib.c, except that the interrupt marker
+// is raised again instead of returned to the script.
 #include "lua/session/safe_calls.hpp"
 #include "lua/core/interrupts.hpp"
 #include "lua/core/trampoline.hpp"
@@ -8,7 +8,7 @@ namespace pendula::lua {
 
 namespace {
 
-/// After a protected call. `extra`: stack slots below the results.
+/// Returns from a protected call. `extra`: stack slots below the results.
 int finish(lua_State* L, int status, lua_KContext extra) {
   if (status != LUA_OK && status != LUA_YIELD) {
     if (is_interrupt_marker(L, -1)) return lua_error(L);
@@ -19,7 +19,7 @@ int finish(lua_State* L, int status, lua_KContext extra) {
   return lua_gettop(L) - static_cast<int>(extra);
 }
 
-/// The message handler of pcall: no line of the stdlib is shown.
+/// The message handler of pcall, which hides lines of the stdlib.
 int blame_caller(lua_State* L) {
   if (lua_type(L, 1) != LUA_TSTRING) return 1;
   const std::string message = blamed_on_caller(L, lua_tostring(L, 1));
@@ -36,7 +36,7 @@ int safe_pcall(lua_State* L) {
   return finish(L, lua_pcallk(L, lua_gettop(L) - 3, LUA_MULTRET, 1, 1, finish), 1);
 }
 
-/// The user's message handler (upvalue) does not see interrupts.
+/// Calls the user's message handler (upvalue), except for interrupts.
 int handler_without_interrupts(lua_State* L) {
   if (is_interrupt_marker(L, 1)) return 1;
   lua_pushvalue(L, lua_upvalueindex(1));
@@ -102,13 +102,14 @@ int safe_resume(lua_State* L) {
   return results + 1;
 }
 
-/// Errors pass as they are: they name their own line, a second one in front (as in lcorolib.c) would mislead.
+/// The function returned by coroutine.wrap. Errors propagate unchanged: they name their own line, and a
+/// second position (as in lcorolib.c) would mislead.
 int wrapped(lua_State* L) {
   lua_State* co = lua_tothread(L, lua_upvalueindex(1));
   const int results = resume(L, co, lua_gettop(L));
   if (results >= 0) return results;
   const int status = lua_status(co);
-  if (status != LUA_OK && status != LUA_YIELD) {  // died of the error: run its pending to-be-closed variables
+  if (status != LUA_OK && status != LUA_YIELD) {  // after an error, run the pending to-be-closed variables
     if (lua_resetthread(co) != LUA_OK) lua_xmove(co, L, 1);
     if (is_interrupt_marker(L, -1)) return lua_error(L);
   }
@@ -124,7 +125,7 @@ int safe_wrap(lua_State* L) {
   return 1;
 }
 
-/// Upvalue: the original coroutine.close, whose __close handlers may be interrupted.
+/// coroutine.close, whose __close handlers may be interrupted. Upvalue: the original.
 int safe_close(lua_State* L) {
   lua_pushvalue(L, lua_upvalueindex(1));
   lua_insert(L, 1);

@@ -24,14 +24,15 @@ namespace pendula::lua {
 
 namespace {
 
-/// Reached only by an error outside every protected call, which would be a bug of ours: Lua aborts after it.
+/// Reached only by an error outside every protected call, which would be an internal error; Lua
+/// aborts after it.
 int panic(lua_State* L) {
   std::fprintf(stderr, "pendula: internal error: %s (please report)\n", error_text(L, -1).c_str());
   return 0;
 }
 
-/// run_user(function, …): true; or false, the text of the error and whether it was Ctrl-C. For what stands
-/// between a script and the terminal: reports, notebooks.
+/// run_user(function, …): true; or false, the text of the error and whether it was Ctrl-C. For code between a
+/// script and the terminal: reports, notebooks.
 int run_user(lua_State* L) {
   luaL_checktype(L, 1, LUA_TFUNCTION);
   const bool good = run(L, lua_gettop(L) - 1, 0);
@@ -71,13 +72,13 @@ int open_everything(lua_State* L) {
   return 0;
 }
 
-/// Turns whatever was raised into the text for the user. Messages of the user's own lines pass unchanged; an
-/// error of our stdlib is blamed on the user's line that called it.
+/// Converts any raised value to a text for the user. Messages of the user's own lines pass unchanged; an
+/// error of our stdlib is attributed to the user's line that called it.
 int explain_error(lua_State* L) {
   if (is_interrupt_marker(L, 1)) return 1;
   std::string message = error_text(L, 1);
   const std::string lines = callers(L, message);
-  // Lua names no line where one of its C functions fails (table.sort).
+  // Lua gives no line if one of its C functions fails (table.sort).
   const bool bare = message.starts_with("C stack overflow") || message.starts_with("attempt to ") ||
                     message.starts_with("invalid order function");
   if (bare || lua_type(L, 1) != LUA_TSTRING) message = user_position(L) + message;
@@ -86,14 +87,14 @@ int explain_error(lua_State* L) {
   return 1;
 }
 
-/// Freed memory stays with the process: pages the kernel gives anew are cleared, one fault each, which made
-/// integrations of a millisecond up to half as long again.
+/// Keeps freed memory in the process. Pages that the kernel provides again have to be cleared at one fault
+/// each, which prolonged integrations of a millisecond by up to a half.
 void keep_freed_memory() {
 #ifdef __GLIBC__
   mallopt(M_MMAP_THRESHOLD, 32 << 20);
   mallopt(M_TRIM_THRESHOLD, 256 << 20);
-  mallopt(M_MXFAST,
-          0);  // else every larger request first joins the small free pieces: a sixth of a reduction
+  // otherwise every larger request first consolidates the small free chunks: a sixth of a reduction
+  mallopt(M_MXFAST, 0);
 #endif
 }
 

@@ -18,7 +18,8 @@ namespace {
 
 int descriptor_of(void* cookie) { return static_cast<int>(reinterpret_cast<std::intptr_t>(cookie)); }
 
-/// Lua asks for a whole line, count or file in one call; each block of it comes from here.
+/// Reads one block. Lua requests a whole line, count or file in one call, which can be
+/// interrupted between blocks.
 ssize_t read_block(void* cookie, char* bytes, std::size_t size) {
   if (interrupt_requested.load()) {
     errno = EINTR;
@@ -34,7 +35,7 @@ int move_to(void* cookie, off64_t* position, int whence) {
 
 int close_descriptor(void* cookie) { return close(descriptor_of(cookie)); }
 
-/// A file at stack index i that was just opened only to be read continues by read_block.
+/// Makes a file at stack index i that was just opened for reading use read_block.
 void make_stoppable(lua_State* L, int i) {
   auto* stream = static_cast<luaL_Stream*>(luaL_testudata(L, i, LUA_FILEHANDLE));
   if (!stream || !stream->closef || stream->f == stdin) return;
@@ -75,8 +76,8 @@ int input_file(lua_State* L) {
   return results;
 }
 
-/// Calls the original with the values before `first` and the bytes; true, or false
-/// with its results on the stack.
+/// Calls the original with the values before `first` and the bytes; returns true, or false with its results
+/// on the stack.
 bool write_piece(lua_State* L, int first, std::string_view bytes) {
   const int top = lua_gettop(L);
   lua_pushvalue(L, lua_upvalueindex(1));
@@ -88,8 +89,8 @@ bool write_piece(lua_State* L, int first, std::string_view bytes) {
   return true;
 }
 
-/// io.write(…) and file:write(…): long texts in pieces, so that Ctrl-C ends one that waits for a reader.
-/// `first` is the first text. Upvalue: the original.
+/// io.write(…) and file:write(…): write long texts in pieces, so that Ctrl-C ends a write that waits for its
+/// reader. `first` is the index of the first text. Upvalue: the original.
 template <int first>
 int write_texts(lua_State* L) {
   const int count = lua_gettop(L);
@@ -105,7 +106,7 @@ int write_texts(lua_State* L) {
         return lua_gettop(L) - count;
   }
   lua_settop(L, first - 1);
-  return call_original(L);  // with nothing to write: the file
+  return call_original(L);  // with nothing to write, returns the file
 }
 
 }  // namespace

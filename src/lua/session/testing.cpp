@@ -57,7 +57,7 @@ void call_stdlib(lua_State* L, const char* function, int arguments, int results)
   protected_call(L, arguments, results);
 }
 
-/// Leaves nothing, or the error value, on the stack.
+/// Leaves nothing on the stack, or the error value.
 bool load_and_run(lua_State* L, const std::string& file) {
   lua_createtable(L, 0, 1);
   lua_pushstring(L, file.c_str());

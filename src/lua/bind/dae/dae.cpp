@@ -1,4 +1,4 @@
-// What a model answers: its parts, conversions, index and conditions. Reads arguments, calls src/dae.
+// Properties of a model: its parts, conversions, index and conditions. Reads arguments, calls src/dae.
 #include "lua/bind/dae/dae.hpp"
 
 #include "base/counted.hpp"
@@ -102,9 +102,10 @@ static void require_regular_at(const dae::ModelPtr& model, const dae::Consistent
         "sys:structure(start) says more");
 }
 
-/// A bare number cannot say that it holds on one branch or in one region only: that goes to the error stream.
+/// The index, with a warning on the error stream if it holds on one branch or in one region only, since a
+/// plain number cannot express that.
 ///
-/// Nothing but the structure leads to an index where no values that satisfy the equations are found: it then
+/// If no values that satisfy the equations are found, the index rests on the structure alone; the error then
 /// asks for such values, argument 2.
 static dae::IndexResult index_with_warnings(Call& call) {
   dae::IndexResult known = dae::differentiation_index(model_of(call));

@@ -1,4 +1,4 @@
-// Reduced forms, their derivations, and what they look like in LaTeX. Reads arguments, calls src/dae.
+// Reduced forms, their derivations, and their LaTeX. Reads arguments, calls src/dae.
 #include <algorithm>
 
 #include "base/error.hpp"
@@ -16,7 +16,7 @@
 
 namespace pendula::lua {
 
-/// A derivation as a value: prints as text, answers :latex() and the questions of a string.
+/// A derivation as a value: prints as text, has :latex() and the methods of a string.
 struct Trace {
   dae::ModelPtr model;
   dae::Detail detail = dae::Detail::full;
@@ -28,7 +28,7 @@ struct Trace {
   std::string latex() const {
     std::string derivation = mech::trace(model, detail, dae::Notation::latex);
     if (derivation.ends_with("\\\\\n"))
-      derivation.resize(derivation.size() - 3);  // no break after the last line
+      derivation.resize(derivation.size() - 3);  // no line break after the last line
     return derivation.empty() ? text() : derivation;
   }
 };
@@ -124,7 +124,7 @@ int trace_length(Call& call) {
   return call.push(static_cast<long>(std::count(derivation.begin(), derivation.end(), '\n') + 1));
 }
 
-/// trace:find, :match, :gsub …: the function of Lua's string library on the text.
+/// Applies the function of Lua's string library (find, match, gsub …) to the text of a derivation.
 int string_function(Call& call, const char* name) {
   lua_State* L = call.L;
   const std::string derivation = trace_of(call).text();
@@ -135,12 +135,12 @@ int string_function(Call& call, const char* name) {
   const int function = lua_gettop(L);
   lua_pushlstring(L, derivation.data(), derivation.size());
   for (int i = 2; i <= arguments; ++i) lua_pushvalue(L, i);
-  const bool calls_back = lua_isfunction(L, 3);  // gsub: its errors have their own place
+  const bool calls_back = lua_isfunction(L, 3);  // gsub: errors of its callback have their own position
   try {
     protected_call(L, arguments, LUA_MULTRET);
   } catch (const LuaError& e) {
     if (calls_back) throw;
-    throw Error(e.what());  // with the place of this call, which string.find does not see
+    throw Error(e.what());  // adds the position of this call, which string.find does not see
   }
   return lua_gettop(L) - function + 1;
 }

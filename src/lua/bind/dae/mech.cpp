@@ -21,7 +21,7 @@ struct TypeName<mech::MatrixForm> {
 
 namespace {
 
-/// T and V of L = T - V: V is what is left of -L without velocities.
+/// Splits L = T - V into T and V, where V is the part of -L without velocities.
 void split(Expr L, mech::Lagrangian& system) {
   Substitution at_rest;
   for (Expr q : system.q) at_rest.emplace(derivative_leaf(q), Expr(0));
@@ -43,7 +43,7 @@ struct TypeName<VirtualWork> {
 
 namespace {
 
-/// The table [column made by generalized_force] = its forces, which keeps no column alive.
+/// The table [column made by generalized_force] = its forces, with weak keys.
 void push_known_forces(lua_State* L) {
   if (luaL_getsubtable(L, LUA_REGISTRYINDEX, "pendula.virtual_work")) return;
   lua_createtable(L, 0, 1);
@@ -52,7 +52,7 @@ void push_known_forces(lua_State* L) {
   lua_setmetatable(L, -2);
 }
 
-/// Notes what the column on top of the stack was made of, for the derivation of a model.
+/// Records the forces of the column on top of the stack, for the derivation of a model.
 void remember_forces(lua_State* L, Forces forces) {
   push_known_forces(L);
   lua_pushvalue(L, -2);
@@ -62,7 +62,7 @@ void remember_forces(lua_State* L, Forces forces) {
   lua_pop(L, 1);
 }
 
-/// The forces that the column at `index` was made of; none if it came another way.
+/// The forces from which the column at `index` was made; empty if it was made otherwise.
 Forces known_forces(lua_State* L, int index) {
   lua_pushvalue(L, index);
   push_known_forces(L);

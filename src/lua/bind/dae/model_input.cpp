@@ -1,4 +1,4 @@
-// dae{ … } and its relatives: what stands between the braces becomes a model.
+// dae{ … } and related functions: make a model from the contents of the braces.
 #include <algorithm>
 #include <cstring>
 
@@ -44,7 +44,7 @@ std::vector<dae::Block> to_blocks(const std::vector<Equation>& equations) {
   return blocks;
 }
 
-/// What stands in dae{ … }: equations, lists of equations, models, and the option `name`.
+/// Reads the contents of dae{ … }: equations, lists of equations, models, and the option `name`.
 class ModelReader {
  public:
   explicit ModelReader(lua_State* L) : L_(L) {}
@@ -60,7 +60,7 @@ class ModelReader {
     }
   }
   std::vector<dae::Block>& blocks() { return blocks_; }
-  /// Symbols of the equations and the derivatives that a start may name.
+  /// The symbols of the equations and the derivatives that a start may name.
   std::vector<Expr> nameable() const {
     std::vector<Expr> sides, known;
     for (const dae::Block& b : blocks_)
@@ -69,7 +69,7 @@ class ModelReader {
       const Symbol& s = symbol_of(leaf);
       if (s.kind != Kind::variable)
         known.push_back(leaf);
-      else  // y′ = v names y, too
+      else  // y′ = v makes y nameable as well
         for (int k = 0; k <= s.order + 1; ++k) known.push_back(derivative_leaf(s.base, k));
     }
     for (const dae::ModelPtr& part : parts_)
@@ -77,7 +77,7 @@ class ModelReader {
     return known;
   }
   dae::ModelPtr model(dae::ModelOptions options) {
-    constexpr std::size_t large = 20'000;  // equations: what their making has left is as large as the model
+    constexpr std::size_t large = 20'000;  // equations; the garbage of building them is as large as the model
     if (blocks_.size() > large) collect(L_);
     return nested_ ? dae::compose(parts_, std::move(blocks_), std::move(options))
                    : dae::make_model(std::move(blocks_), std::move(options));
@@ -108,7 +108,7 @@ class ModelReader {
   lua_State* L_;
   std::vector<dae::Block> blocks_;
   std::vector<dae::ModelPtr> parts_;
-  bool nested_ = false;  ///< there are models or lists: an equation for an input closes a loop
+  bool nested_ = false;  ///< with models or lists inside, an equation for an input closes a loop
 };
 
 /// Values by leaf, numbers or expressions in parameters.
@@ -124,7 +124,7 @@ std::vector<std::pair<Expr, Expr>> read_start_expressions(lua_State* L, int inde
   return values;
 }
 
-/// The options of dae{ … } that stand among its equations, by name; they are taken out of the table on top.
+/// The options of dae{ … } among its equations, by name; they are removed from the table on top.
 struct ModelWords {
   static constexpr const char* all[] = {"name", "events", "start", "guess", "notes"};
   static bool contains(const char* word) {
@@ -167,7 +167,7 @@ void read_model_words(lua_State* L, int words, ModelReader& reader, dae::ModelOp
   lua_settop(L, words);
 }
 
-/// A list with parts in it is what model{ … } takes.
+/// Does the list contain parts? Then it is an argument of model{ … }.
 bool contains_parts(lua_State* L, int list) {
   for (lua_Integer i = 1, n = luaL_len(L, list); i <= n; ++i) {
     lua_rawgeti(L, list, i);

@@ -16,11 +16,11 @@
 
 namespace pendula::lua {
 
-/// A pencil and the model it belongs to.
+/// A pencil and its model.
 struct ModelPencil {
   dae::Pencil pencil;  ///< of numbers
   dae::ModelPtr model;
-  std::optional<Expr> det = {};  ///< parameters are symbols: this is all that is known
+  std::optional<Expr> det = {};  ///< det with parameters as symbols; then nothing else is known
 };
 template <>
 struct TypeName<ModelPencil> {
@@ -40,7 +40,7 @@ const ModelPencil& pencil_of(Call& call) {
   return p;
 }
 
-/// Of what exists for regular pencils only.
+/// The pencil, for functions that are defined for regular pencils only.
 const dae::Pencil& regular(Call& call, const char* what) {
   const dae::Pencil& p = pencil_of(call).pencil;
   if (!p.regular)
@@ -58,7 +58,7 @@ Expr polynomial_in_s(const std::vector<Expr>& coefficients) {
   return sum;
 }
 
-/// det(sE - A) in symbols; nothing where the model is not linear or too large for it.
+/// det(sE - A) in symbols; empty if the model is not linear or too large.
 std::optional<Expr> polynomial_if_any(const dae::Model& m) {
   try {
     return polynomial_in_s(dae::pencil_polynomial(m));
@@ -93,7 +93,7 @@ int characteristic(Call& call) {
   return 2;
 }
 
-/// det(sE - A), index and free initial values for almost all values of the parameters, then the exceptions.
+/// det(sE - A), index and free initial values for generic parameter values, then the exceptions.
 std::string symbolic_text(const ModelPencil& p) {
   std::string out = "det(sE - A) = " + to_text(*p.det) + ", up to its sign";
   if (p.det->is_zero()) return out + "\nthe pencil is singular for all values of its parameters";
@@ -180,7 +180,7 @@ int shuffle(Call& call) {
   regular(call, "shuffle");
   collect_aliases(call.L);
   const ModelPencil& p = pencil_of(call);
-  // Derivatives that are states get names of their own: x″ = f reads better as x′ = v, v′ = f.
+  // first order: x″ = f is shown as x′ = v, v′ = f
   const dae::ModelPtr lowered = dae::to_first_order(p.model);
   const auto form = dae::linear_form(*lowered);
   PENDULA_ASSERT(form.has_value(), "a linear model is not linear with its derivatives as variables");

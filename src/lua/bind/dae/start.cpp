@@ -1,4 +1,4 @@
-// Consistent starts: init, ledgers, and what integrate takes as a start. Reads arguments, calls src/dae.
+// Consistent starts: init, ledgers, and the starts that integrate accepts. Reads arguments, calls src/dae.
 #include <cstdio>
 
 #include "base/text.hpp"

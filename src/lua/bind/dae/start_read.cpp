@@ -14,7 +14,7 @@
 
 namespace pendula::lua {
 
-/// The leaf that a key of a table means, if it means one of these.
+/// The leaf named by a key of a table, if it is one of these.
 static std::optional<Expr> leaf_of_key(lua_State* L, int key, const std::vector<Expr>& leaves) {
   const Expr* symbol = object<Expr>(L, key);
   const bool named = lua_type(L, key) == LUA_TSTRING;
@@ -23,7 +23,7 @@ static std::optional<Expr> leaf_of_key(lua_State* L, int key, const std::vector<
   return std::nullopt;
 }
 
-/// Inputs and parameters have tables of their own.
+/// Rejects inputs and parameters, which have tables of their own.
 static void refuse_known(lua_State* L, int table, const std::string& what, const dae::Model& model) {
   const std::vector<Expr> variables = known_leaves(model);
   table = lua_absindex(L, table);
@@ -39,7 +39,7 @@ static void refuse_known(lua_State* L, int table, const std::string& what, const
   }
 }
 
-/// Values belong to unknowns: a condition between them needs one of its own.
+/// Rejects keys that are expressions: a condition between unknowns needs an unknown of its own.
 static void refuse_expressions(lua_State* L, int table, const std::string& what) {
   table = lua_absindex(L, table);
   lua_pushnil(L);
@@ -132,8 +132,8 @@ dae::ParameterValues parameter_overrides(const dae::ConsistentState& at) {
 static dae::ConsistentStatePtr translated_states(const dae::ConsistentStatePtr& at,
                                                  const dae::ModelPtr& model);
 
-/// Form "dummy": the choice of states in `model` may be singular at this start. All choices have the same
-/// leaves: they get their values from one that is regular here.
+/// For form "dummy" the choice of states in `model` may be singular at this start. All choices have the same
+/// leaves; their values come from a choice that is regular here.
 static dae::ConsistentStatePtr translated_to_dummies(const dae::ConsistentStatePtr& at,
                                                      const dae::ModelPtr& model) {
   const dae::ModelPtr source = dae::original(model);
@@ -153,8 +153,7 @@ static dae::ConsistentStatePtr translated_to_dummies(const dae::ConsistentStateP
   return here;
 }
 
-/// Form "minimal" has taken one root of a quadratic constraint: a start on the other
-/// one is none of its starts.
+/// Form "minimal" has taken one root of a quadratic constraint; a start on the other root is rejected.
 static void require_same_branch(const dae::ConsistentState& at, const dae::ConsistentState& here,
                                 const dae::Model& model) {
   const dae::ModelPtr source = dae::original(here.model);
@@ -175,15 +174,15 @@ static void require_same_branch(const dae::ConsistentState& at, const dae::Consi
   }
 }
 
-/// Rows of form "array" that were chosen elsewhere may have other solutions at this start: for a mechanism at
-/// rest those of motions that its own equations do not have.
+/// Rejects a start at which rows of form "array", chosen at another point, have another solution. For a
+/// mechanism at rest that may belong to motions that its own equations exclude.
 static void require_same_values(const dae::ConsistentState& at, const dae::ConsistentState& here,
                                 const dae::Model& model) {
-  constexpr double same = 1e-6, rounding = 1e-9;  // of the two; of the largest value
+  constexpr double same = 1e-6, rounding = 1e-9;  // relative to the two values; relative to the largest value
   double largest = 0;
   for (const auto& [leaf, value] : at.values) largest = std::max(largest, std::fabs(value));
   const dae::ModelPtr source = dae::original(at.model);
-  // Not all derivatives of the array: those that nothing determines have any values.
+  // derivatives that are determined; the others of the array have arbitrary values
   for (const auto& list : {source->states(), source->top_derivatives(), source->algebraic()})
     for (Expr leaf : list) {
       const auto given = at.values.find(leaf), now = here.values.find(dae::resolve(model, leaf));
@@ -195,8 +194,8 @@ static void require_same_values(const dae::ConsistentState& at, const dae::Consi
     }
 }
 
-/// Form "array" was made at another point, and its rows do not determine the unknowns
-/// at this start, where others do.
+/// Rejects a form "array" that was made at another point if its rows do not determine the unknowns at this
+/// start, but other rows do.
 static void require_rows_for(const dae::ConsistentStatePtr& at, const dae::ModelPtr& model) {
   const auto serves = [&](const dae::ModelPtr& form) {
     try {
@@ -214,7 +213,7 @@ static void require_rows_for(const dae::ConsistentStatePtr& at, const dae::Model
     here.at = translated(at, source)->values;
     other = dae::reduce_array(source, here);
   } catch (const UserFacing&) {
-    return;  // the caller meets what is wrong with this form
+    return;  // the caller reports the failure of this form
   }
   if (serves(other))
     throw Error(
@@ -222,8 +221,8 @@ static void require_rows_for(const dae::ConsistentStatePtr& at, const dae::Model
         "make it there: reduce(\"array\", { at = start })");
 }
 
-/// A start of a relative, in the leaves of this model. The last ones are kept: a
-/// loop begins again and again there.
+/// The start of a related model in the leaves of this one. The last results are cached for loops that begin
+/// at one start again and again.
 dae::ConsistentStatePtr translated(const dae::ConsistentStatePtr& at, const dae::ModelPtr& model) {
   if (at->model == model) return at;
   constexpr std::size_t few = 8;
@@ -253,10 +252,10 @@ static dae::ConsistentStatePtr translated_states(const dae::ConsistentStatePtr& 
     request.fix.push_back({leaf, *value});
   }
   for (const auto& list :
-       {model->algebraic(), model->top_derivatives()})  // which root of nonlinear equations
+       {model->algebraic(), model->top_derivatives()})  // selects the root of nonlinear equations
     for (Expr leaf : list)
       if (const auto value = at->value_for(*model, leaf)) request.guess.push_back({leaf, *value});
-  request.inputs = at->request.inputs;  // as expressions, so that derivatives are known
+  request.inputs = at->request.inputs;  // as expressions, whose derivatives are known
   request.numeric_inputs = at->request.numeric_inputs;
   for (Expr leaf : model->inputs)
     if (const auto value = at->value_for(*model, leaf); value && !request.inputs.count(leaf)) {
@@ -266,7 +265,7 @@ static dae::ConsistentStatePtr translated_states(const dae::ConsistentStatePtr& 
   for (const auto& [p, value] : parameter_overrides(*at))
     if (std::find(model->parameters.begin(), model->parameters.end(), p) != model->parameters.end())
       request.parameters[p] = value;
-  // What was fixed, chosen or computed in the original stays so: sensitivities of the start depend on it.
+  // The origin of every value is that in the original start, since sensitivities depend on it.
   auto result = std::make_shared<dae::ConsistentState>(*dae::init(model, request));
   if (model->form == "minimal") require_same_branch(*at, *result, *model);
   if (model->form == "array") require_same_values(*at, *result, *model);
@@ -280,12 +279,12 @@ static dae::ConsistentStatePtr translated_states(const dae::ConsistentStatePtr& 
   return result;
 }
 
-/// States of which nothing is known where the user gives no start: all of them, or none.
+/// The states whose values are unknown without a start from the user: all or none.
 static std::vector<Expr> without_start(const dae::Model& model) {
   return model.start_values.empty() ? model.states() : std::vector<Expr>();
 }
 
-/// Where the constraints leave no freedom, a position given by t for instance.
+/// The start of a model without freedom, for instance with a position given by t.
 static dae::ConsistentStatePtr only_start(lua_State* L, const Options& options, const dae::ModelPtr& model) {
   try {
     dae::StartRequest request = read_start_request(L, options, *model);
@@ -307,7 +306,7 @@ static dae::ConsistentStatePtr only_start(lua_State* L, const Options& options, 
 int push_start(lua_State* L, const Options& options) {
   const int index = options.push("start");
   if (object_type(L, index) != "solution") return index;
-  lua_getfield(L, index, "state");  // sol:state(nil, { inputs = … })
+  lua_getfield(L, index, "state");  // as in sol:state(nil, { inputs = … })
   lua_pushvalue(L, index);
   lua_pushnil(L);
   lua_createtable(L, 0, 1);
@@ -320,7 +319,7 @@ int push_start(lua_State* L, const Options& options) {
   return index;
 }
 
-/// Where the rows of a form "array" do not determine a start, those of the model may.
+/// The start by the equations of the model where the rows of a form "array" do not determine it.
 static dae::ConsistentStatePtr start_of_rows(const dae::StartRequest& request, const dae::ModelPtr& model) {
   try {
     return dae::init(model, request);
@@ -372,7 +371,7 @@ dae::ConsistentStatePtr read_start(lua_State* L, const Options& options, const d
     try {
       at = dae::init(model, request);
     } catch (const UserFacing&) {
-      throw conflict;  // not the invariants' fault: the first explanation is the right one
+      throw conflict;  // the invariants are not the cause; the first explanation holds
     }
     std::vector<std::string> broken;
     for (const auto& [c, value] : at->constraints)

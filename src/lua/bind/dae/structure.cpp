@@ -45,7 +45,7 @@ const dae::StructureReport& report_of(Call& call) {
   return call.object<dae::StructureReport>(1, "structure");
 }
 
-/// print(s.c), print(s.sigma): entries beside each other, lists among them below each other.
+/// Text of s.c, s.sigma and similar lists: entries in a line, nested lists below each other.
 int list_text(lua_State* L) {
   std::string out;
   const auto n = static_cast<lua_Integer>(lua_rawlen(L, 1));
@@ -130,7 +130,7 @@ int valid(Call& call) { return call.push(report_of(call).verdict == dae::Verdict
 
 int jacobian(Call& call) {
   const dae::StructureReport& s = report_of(call);
-  constexpr Eigen::Index most = 300;  // beyond it the matrix would fill the memory with zeros
+  constexpr Eigen::Index most = 300;  // a larger matrix would fill the memory with zeros
   if (s.verdict == dae::Verdict::structurally_singular) return push_nil(call);
   const auto n = static_cast<Eigen::Index>(s.model->variables.size());
   if (n > most)

@@ -55,8 +55,8 @@ static void check_event_keys(lua_State* L, int table, const std::string& what) {
 
 static Expr sign_of(Expr condition);
 
-/// Of a condition inside any or all. Throws Error if it is an expression, which has roots
-/// but is neither true nor false.
+/// The sign of a condition inside any or all. Throws Error for an expression, which has roots but is neither
+/// true nor false.
 static Expr sign_of_part(Expr part, const char* function) {
   const bool holds_or_not = part.is_constant() || part.op() == Op::lt || part.op() == Op::le ||
                             part.op() == Op::both || part.op() == Op::either;
@@ -67,7 +67,8 @@ static Expr sign_of_part(Expr part, const char* function) {
   return sign_of(part);
 }
 
-/// Negative where the condition holds, with a root where it begins or ends; what is no condition as it is.
+/// An expression that is negative where the condition holds and has a root where it begins or ends; other
+/// expressions are returned unchanged.
 static Expr sign_of(Expr condition) {
   check_stack();
   if (condition.is_symbol() || condition.is_constant()) return condition;
@@ -86,7 +87,7 @@ static Expr sign_of(Expr condition) {
   }
 }
 
-/// when = y, a condition lt(y, 0), any(…), all(…) (its sign change), or an equation y ~ 0.
+/// when = y, a condition such as lt(y, 0), any(…) or all(…) (its change), or an equation y ~ 0.
 static Expr read_when(lua_State* L, int index, const std::string& what) {
   if (lua_isnil(L, index)) throw Error(text(what, " needs when: an expression whose roots are the events"));
   if (const auto* held = object_at(L, index, TypeName<Equation>::value)) {

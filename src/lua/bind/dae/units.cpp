@@ -26,7 +26,7 @@ int units(Call& call) {
     std::string left = with_unit(clash->left, clash->left_dimension),
                 right = with_unit(clash->right, clash->right_dimension);
     const bool sides = clash->left == b.lhs[row];
-    if (!sides && right < left) std::swap(left, right);  // operands of a sum have no order of their own
+    if (!sides && right < left) std::swap(left, right);  // operands of a sum have no natural order
     const std::string line = text(model.label(i), b.note.empty() ? "" : " of " + b.note, ", ",
                                   model.equation_text(i), ": ", left, " against ", right);
     lua_pushlstring(call.L, line.data(), line.size());

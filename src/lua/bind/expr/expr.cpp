@@ -1,4 +1,4 @@
-// The `expressions` module: time derivatives, what an expression answers, and its operators.
+// The `expressions` module: time derivatives, methods and operators of expressions.
 #include "lua/bind/expr/expr.hpp"
 
 #include <cstring>
@@ -15,7 +15,7 @@ namespace pendula::lua {
 
 namespace {
 
-// ── derivatives in time ──
+// ── time derivatives ──
 
 int push_derivative(Call& call, int order) {
   if (call.is<Equation>(1)) {
@@ -43,7 +43,7 @@ int der(Call& call) {
 int dot(Call& call) { return push_derivative(call, 1); }
 int ddot(Call& call) { return push_derivative(call, 2); }
 
-// ── what a scalar answers ──
+// ── methods of scalars ──
 
 int itself(Call& call) {
   lua_settop(call.L, 1);
@@ -98,7 +98,7 @@ int to_string(Call& call) {
 
 // ── operators ──
 
-/// 2*x * G: the type of the right operand (a linear system, a complex number) says what the operator means.
+/// 2*x * G: the type of the right operand (a linear system, a complex number) defines the operator.
 bool right_operand_knows(Call& call) {
   const std::string type = object_type(call.L, 2);
   if (type.empty() || type == TypeName<Expr>::value || type == TypeName<Matrix>::value ||
@@ -122,7 +122,7 @@ int negative(Call& call) { return push(call.L, product(Expr(-1), to_value(call.L
 
 Value scalar_or_matrix(const MatX& m) { return m.size() == 1 ? Value(m(0, 0)) : Value(m); }
 
-/// Both sides in one shape: 0 ~ C means that every entry of C is zero.
+/// Expands a scalar side to the shape of the other: 0 ~ C means that every entry of C is zero.
 int equate(Call& call) {
   for (int i : {1, 2})
     if (call.is<Equation>(i)) throw Error("an equation has one ~; write two equations for a = b = c");
@@ -144,7 +144,8 @@ int equate(Call& call) {
 int compare(Call& call, bool strict) {
   for (int i : {1, 2})
     if (call.is<Matrix>(i) || lua_istable(call.L, i)) throw Error("matrices have no order; compare entries");
-  const auto number_at = [&](int i, const char* what) -> std::optional<double> {  // math.huge and nan, too
+  // accepts math.huge and nan as well
+  const auto number_at = [&](int i, const char* what) -> std::optional<double> {
     if (lua_type(call.L, i) == LUA_TNUMBER) return lua_tonumber(call.L, i);
     return number_value(to_expr(call.L, i, what));
   };
@@ -157,7 +158,7 @@ int compare(Call& call, bool strict) {
 int less(Call& call) { return compare(call, true); }
 int less_or_equal(Call& call) { return compare(call, false); }
 
-/// ⌊a/b⌋ of two numbers, exact where both are; nothing where there are symbols.
+/// ⌊a/b⌋ of two numbers, exact if both are; empty for symbols.
 std::optional<Expr> floor_of_quotient(Expr a, Expr b) {
   const auto x = number_value(a), y = number_value(b);
   if (!x || !y) return {};
@@ -198,7 +199,7 @@ int no_call(Call& call) {
                    to_text(e), ", t), for given numbers evaluate(e, { x = 1 })"));
 }
 
-/// The operators of both types are the same functions.
+/// Both types share the functions of their operators.
 struct Operator {
   const char* metamethod;
   Function function;
@@ -261,7 +262,7 @@ const Operator operators[] = {
 };
 
 std::vector<Row> rows() {
-  static std::deque<std::string> names;  // a Row holds pointers
+  static std::deque<std::string> names;  // rows store pointers to these
   std::vector<Row> all = {
       {"expr:__call", no_call, "x(t)", always_an_error,
        R"(x = var "x"  expect(function() return x(0) end):fails "sol(x")"},

@@ -25,7 +25,7 @@ MatX to_exact(const Value& v) {
   return exact(Matrix{std::get<Mat>(v)}, "the matrix");
 }
 
-/// The matrix in doubles, or nothing where a symbol is in it.
+/// The matrix in doubles, or nothing if it contains a symbol.
 std::optional<Mat> in_doubles(const Value& v) {
   if (const Mat* m = double_matrix(v)) return *m;
   const MatX& e = std::get<MatX>(v);
@@ -148,7 +148,7 @@ Value to_value(lua_State* L, int index, const std::string& what) {
   }
   if (lua_type(L, index) != LUA_TNUMBER && lua_type(L, index) != LUA_TSTRING &&
       !object_at(L, index, TypeName<Expr>::value))
-    to_matrix(L, index, what);  // says what it must be
+    to_matrix(L, index, what);  // reports what it must be
   return to_expr(L, index, what);
 }
 
@@ -227,7 +227,8 @@ struct Common {
   bool matrix = false;
 };
 
-/// Doubles where a float or a matrix of doubles meets nothing but numbers.
+/// True if a float or a matrix of doubles occurs and all other operands are numbers; the result
+/// is in doubles.
 bool all_numbers(const std::vector<Value>& operands) {
   bool floating = false;
   for (const Value& v : operands) {

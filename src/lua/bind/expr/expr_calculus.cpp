@@ -77,7 +77,7 @@ int hessian(Call& call) {
   return push_value(call.L, jacobian(gradient(e, x), x));
 }
 
-/// diff(x, t) with a variable x is 0 and never what was meant.
+/// Rejects diff(x, t) with a variable x: it would be 0, which is never meant.
 void refuse_hidden_time(const MatX& e) {
   Expr moving = 0;
   for (Expr leaf : leaves(entries(e))) {
@@ -102,7 +102,7 @@ MatX differentiated(Call& call, MatX d, int i, long order) {
   return d;
 }
 
-/// diff(e, x, 2, y): symbols, each with the number of derivatives behind it.
+/// diff(e, x, 2, y): symbols, each optionally followed by the number of derivatives.
 int diff(Call& call) {
   const Value e = to_value(call.L, 1, "e");
   MatX d = to_matrix(call.L, 1, "e");

@@ -16,12 +16,12 @@
 
 namespace pendula::lua {
 
-/// fn(arguments, e): a kernel and what is needed to read its arguments and to explain its failures.
+/// fn(arguments, e): a kernel with the data for reading its arguments and explaining its failures.
 struct CompiledFunction {
   codegen::Kernel kernel;
   MatX outputs;
   std::vector<Expr> inputs;        ///< listed leaves, then the parameters that keep their defaults
-  std::vector<double> defaults;    ///< values of the latter
+  std::vector<double> defaults;    ///< values of these parameters
   std::vector<std::size_t> sizes;  ///< of the arguments
   std::vector<std::string> names;
   std::size_t listed() const { return inputs.size() - defaults.size(); }
@@ -35,8 +35,8 @@ namespace {
 
 using Point = std::unordered_map<Expr, double>;
 
-/// The symbols a key may name: those of the expression, then t and every declared
-/// one of another name (harmless extras).
+/// The symbols that a key may name: those of the expression, then t and every declared symbol of another
+/// name, which does no harm.
 std::vector<Expr> nameable(std::span<const Expr> outputs) {
   std::vector<Expr> known = leaves(outputs);
   const auto taken = known;
@@ -77,7 +77,7 @@ void complete(Point& point, std::span<const Expr> outputs, const char* remedy) {
                    join(where, ", ")));
 }
 
-/// fn(function(x, y) … end): the function is followed with symbols named like its parameters.
+/// fn(function(x, y) … end): traces the function with symbols named like its parameters.
 void read_lua_function(Call& call, CompiledFunction& f) {
   const int function = call.has(2) ? 2 : 1;
   if (function == 1)
@@ -134,7 +134,7 @@ void add_defaults(CompiledFunction& f) {
   }
 }
 
-/// Points by rows. `single`: the arguments were one point.
+/// Points by rows. `single`: the arguments were a single point.
 struct Points {
   Mat rows;
   bool single = true;
@@ -218,7 +218,7 @@ int push_compiled(Call& call) {
     read_signature(call, *f, known);
   }
   add_defaults(*f);
-  // Row by row: the order in which one point's results stand in a row.
+  // row by row: a result row contains the outputs of one point in this order
   const MatX by_rows = f->outputs.transpose();
   f->kernel = codegen::Kernel(entries(by_rows), f->inputs);
   return call.push(std::shared_ptr<const CompiledFunction>(std::move(f)));

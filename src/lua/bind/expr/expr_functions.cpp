@@ -1,7 +1,7 @@
 // The `functions` module: every named operation of ops.def, on numbers, expressions and matrices.
 //
-// Numbers in, numbers out: sin(0.5) is a Lua float. Integers and number strings are exact: sqrt(2), sin(1)
-// stay symbols with a value (printed √2) and sqrt(4) is 2; where a number is needed they give it.
+// Numbers yield numbers: sin(0.5) is a Lua float. Integers and number strings are exact: sqrt(2), sin(1)
+// remain symbolic with a value (printed √2), which is used where a number is needed; sqrt(4) is 2.
 #include <cctype>
 #include <cmath>
 #include <cstdio>
@@ -35,8 +35,8 @@ void check_count(Call& call, int arity) {
                    call.usage()));
 }
 
-/// The one float that all arguments being Lua numbers and one of them a
-/// float ask for: no graph, no allocation.
+/// If all arguments are Lua numbers and one of them is a float, computes the result directly, without
+/// graph or allocation.
 bool plain_numbers(Call& call, int arity) {
   bool floating = false;
   for (int i = 1; i <= arity; ++i) {
@@ -46,7 +46,7 @@ bool plain_numbers(Call& call, int arity) {
   return floating;
 }
 
-/// A condition on numbers is a Lua boolean, so that `if lt(a, b) then` means what it says.
+/// Pushes a condition on numbers as a Lua boolean, so that `if lt(a, b) then` works as expected.
 int push_condition(lua_State* L, const Value& value) {
   const Expr* e = std::get_if<Expr>(&value);
   const double* d = std::get_if<double>(&value);
@@ -64,7 +64,7 @@ int named(Call& call) {
         pendula::apply(op, lua_tonumber(call.L, 1), arity > 1 ? lua_tonumber(call.L, 2) : 0, 0);
     if (std::isfinite(value)) return info(op).style == Style::cond ? call.push(value != 0) : call.push(value);
   }
-  // A type may say what a function of one argument does with it: exp(-2*s) of a linear system is a delay.
+  // A type may define functions of one argument: exp(-2*s) of a linear system is a delay.
   if (arity == 1 && luaL_getmetafield(call.L, 1, text("__", info(op).name).c_str()) != LUA_TNIL) {
     lua_pushvalue(call.L, 1);
     protected_call(call.L, 1, 1);
@@ -99,7 +99,7 @@ int folded(Call& call) {
   if (call.count() == 0) throw Error("expected at least one argument" + call.usage());
   constexpr bool condition = op == Op::both || op == Op::either;
   std::vector<Value> operands;
-  if (condition && call.count() == 1 && lua_istable(call.L, 1)) spread(call);  // a list may hold booleans
+  if (condition && call.count() == 1 && lua_istable(call.L, 1)) spread(call);  // a list may contain booleans
   const int count = lua_gettop(call.L);
   for (int i = 1; i <= count; ++i)
     operands.push_back(condition ? to_condition(call.L, i, text("argument ", i))
@@ -119,7 +119,7 @@ int folded(Call& call) {
 int ifelse(Call& call) {
   check_count(call, 3);
   const Value condition = to_condition(call.L, 1, "the condition");
-  if (const Expr* e = std::get_if<Expr>(&condition); e && e->is_constant()) {  // p or q as they are
+  if (const Expr* e = std::get_if<Expr>(&condition); e && e->is_constant()) {  // p or q itself
     lua_settop(call.L, e->is_zero() ? 3 : 2);
     return 1;
   }
@@ -151,7 +151,7 @@ Function function_of(Op op) {
   }
 }
 
-/// The Lua name: Lua's `and` and `or` are taken, so both and either are all and any.
+/// The Lua name. `and` and `or` are reserved words of Lua, so both and either are called all and any.
 std::string name_of(Op op) { return op == Op::both ? "all" : op == Op::either ? "any" : info(op).name; }
 
 std::string number(double value) {
@@ -159,14 +159,14 @@ std::string number(double value) {
   return digits.find_first_of(".e") == std::string::npos ? digits + ".0" : digits;
 }
 
-/// A help text of ops.def as a sentence; one that begins with the call itself stays as it is.
+/// The help text of ops.def as a sentence; a text that begins with the call itself is kept.
 std::string sentence(std::string words) {
   if (words.find('(') > words.find(' ')) words[0] = static_cast<char>(std::toupper(words[0]));
   return words;
 }
 
 std::vector<Row> function_rows() {
-  static std::deque<std::string> texts;  // a Row holds pointers
+  static std::deque<std::string> texts;  // rows store pointers to these
   const auto keep = [](std::string s) { return texts.emplace_back(std::move(s)).c_str(); };
   std::vector<Row> all;
   const auto add = [&](const std::string& name, Function f, const std::string& arguments,

@@ -11,8 +11,8 @@ namespace {
 
 // ── symbols ──
 
-/// What stands for a symbol of some order stands, differentiated, for its derivatives: {[x] = sin(t)} makes
-/// x′ cos t. A derivative that is itself a key starts anew.
+/// Adds replacements for the derivatives of replaced symbols: {[x] = sin(t)} makes x′ cos t. A derivative
+/// that is a key itself keeps its own replacement.
 void add_derivatives(std::span<const Expr> outputs, Substitution& replacements) {
   std::map<std::uint32_t, std::map<int, Expr>> by_base;  // base leaf -> order -> value
   for (const auto& [key, value] : replacements)
@@ -55,7 +55,7 @@ void add_replacement(Call& call, std::span<const Expr> known, int key, int value
 
 // ── unspecified functions ──
 
-/// g and the Lua function that stands for it.
+/// An unspecified function g and the Lua function that defines it.
 struct Definition {
   UnspecifiedFunction function;
   int body;  ///< stack index
@@ -108,7 +108,8 @@ MatX with_definitions(Call& call, const MatX& m, const std::vector<Definition>& 
     for (const Definition& definition : definitions)
       for (int k = 0; k < definition.function.outputs; ++k)
         if (application.name == output_name(definition.function, k)) {
-          application.arguments = substitute(application.arguments, replacements);  // calls inside come first
+          // calls inside the arguments first
+          application.arguments = substitute(application.arguments, replacements);
           replacements[node] = defined_call(call, definition, k, application);
         }
   }
@@ -133,7 +134,7 @@ int push_substituted(Call& call) {
                            describe(call.L, value)));
         definitions.push_back({*static_cast<const UnspecifiedFunction*>(held->get()), value});
         luaL_checkstack(call.L, 8, nullptr);
-        lua_pushvalue(call.L, value - 1);  // the body stays on the stack, the key goes on top
+        lua_pushvalue(call.L, value - 1);  // the body stays on the stack; the key goes on top
         continue;
       }
       lua_settop(call.L, value - 1);
@@ -154,7 +155,7 @@ int push_substituted(Call& call) {
     return MatX(Eigen::Map<const MatX>(replaced.data(), m.rows(), m.cols()));
   };
   if (!call.is<Equation>(1)) return each(call, replace);
-  // Both sides at once: a name need be in one of them only.
+  // both sides together, since a name may occur in one of them only
   Equation equation = call.object<Equation>(1, "equation");
   MatX &left = equation.lhs, &right = equation.rhs;
   MatX both(left.size() + right.size(), 1);

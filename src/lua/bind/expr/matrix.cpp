@@ -1,4 +1,5 @@
-// The `matrices` module: making and joining vectors and matrices, sums and products of vectors.
+// The `matrices` module: construction and concatenation of vectors and matrices, sums and
+// products of vectors.
 #include "lua/bind/expr/matrix.hpp"
 
 #include <algorithm>
@@ -9,7 +10,7 @@
 namespace pendula::lua {
 namespace {
 
-// ── making ──
+// ── construction ──
 
 long size_argument(Call& call, int i, const char* name, long fallback) {
   const long n = fallback < 0 ? call.integer(i, name) : call.integer(i, name, fallback);
@@ -18,7 +19,7 @@ long size_argument(Call& call, int i, const char* name, long fallback) {
 }
 
 int vec(Call& call) {
-  if (call.count() != 1) lua_createtable(call.L, call.count(), 0);  // vec(1, 2, 3) is vec{1, 2, 3}
+  if (call.count() != 1) lua_createtable(call.L, call.count(), 0);  // vec(1, 2, 3) means vec{1, 2, 3}
   if (call.count() != 1) {
     lua_insert(call.L, 1);
     for (int i = call.count(); i >= 1; --i) lua_rawseti(call.L, 1, i);
@@ -29,8 +30,8 @@ int vec(Call& call) {
   return push_matrix(call.L, m.cols() == 1 ? m : MatX(m.transpose()));
 }
 
-/// A list without rows is not taken: mat{1,2;3,4} of MATLAB is such a list, the
-/// semicolon being a comma in Lua.
+/// Rejects a list without rows: mat{1,2;3,4}, as in MATLAB, is such a list, since the semicolon is a
+/// comma in Lua.
 int mat(Call& call) {
   lua_State* L = call.L;
   if (lua_istable(L, 1) && lua_rawlen(L, 1) > 1) {
@@ -74,7 +75,7 @@ int linspace(Call& call) {
 }
 
 int logspace(Call& call) {
-  constexpr double largest = 307;  // 10^308 is near the end of doubles
+  constexpr double largest = 307;  // 10^308 is near the overflow threshold
   for (const auto& [i, name] : {std::pair{1, "from"}, std::pair{2, "to"}})
     if (std::fabs(to_number(call.L, i, name)) > largest)
       throw Error(
@@ -84,7 +85,7 @@ int logspace(Call& call) {
   return push_matrix(call.L, Mat(exponents.unaryExpr([](double e) { return std::pow(10.0, e); })));
 }
 
-// ── joining ──
+// ── concatenation ──
 
 /// The arguments as matrices: doubles only if all are.
 struct Blocks {
@@ -162,7 +163,7 @@ int diag(Call& call) {
 
 // ── sums ──
 
-/// sum(list): by Lua's own +, so that everything that adds can be summed.
+/// sum(list) by Lua's own +, so that values of any type with + can be summed.
 int sum_of(Call& call) {
   if (call.count() != 1) throw Error("expected one list, as in sum{a, b, c}");
   if (call.is<Matrix>(1)) return visit(call, [&](const auto& m) { return push_entry(call.L, m.sum()); });
@@ -179,7 +180,7 @@ int sum_of(Call& call) {
       lua_remove(call.L, -2);
     }
     if (i == 1)
-      lua_remove(call.L, -2);  // a list of vectors starts with its first one
+      lua_remove(call.L, -2);  // the sum of vectors starts with the first one
     else
       lua_arith(call.L, LUA_OPADD);
   }
@@ -268,7 +269,7 @@ int cross(Call& call) {
   return push_matrix(call.L, c);
 }
 
-/// Linear systems have norms of their own: norm(G, "inf") is G:norm "inf".
+/// The norm of a linear system: norm(G, "inf") is G:norm "inf".
 int norm_of_system(Call& call) {
   lua_getfield(call.L, 1, "norm");
   lua_insert(call.L, 1);

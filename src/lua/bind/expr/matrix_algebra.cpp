@@ -1,5 +1,4 @@
-// The `linear algebra` module: exact where the matrix is rational or
-// symbolic, in doubles where it holds data.
+// The `linear algebra` module: exact for rational or symbolic matrices, in doubles for matrices of data.
 #include <cmath>
 
 #include "base/text.hpp"
@@ -35,8 +34,8 @@ Value square_matrix(Call& call, int i) {
   return a;
 }
 
-/// An exact matrix of constants that are not all rational (√2, 2.718…) in
-/// doubles; nothing where a symbol is in it.
+/// An exact matrix of constants that are not all rational (√2, 2.718…) in doubles; empty if it
+/// contains a symbol.
 std::optional<Mat> in_doubles(const MatX& a) {
   Mat values(a.rows(), a.cols());
   for (Eigen::Index k = 0; k < a.size(); ++k) {
@@ -47,8 +46,9 @@ std::optional<Mat> in_doubles(const MatX& a) {
   return values;
 }
 
-/// The matrix in doubles where exact polynomials of it take minutes and show nothing: measured numbers
-/// (lti::field). Small ones are always cheap, and 10⁻³⁰⁰ is a number like any other.
+/// The matrix in doubles if it contains measured numbers (lti::field), for which exact polynomials
+/// would take minutes without benefit. Not for small matrices: exact results are cheap there, and
+/// 10⁻³⁰⁰ is an ordinary number.
 std::optional<Mat> measured(const MatX& a) {
   constexpr Eigen::Index small = 6;
   return a.rows() > small && lti::field(a) == lti::Field::numeric ? in_doubles(a) : std::nullopt;
@@ -56,7 +56,7 @@ std::optional<Mat> measured(const MatX& a) {
 
 MatX simplified(const MatX& a) {
   constexpr Eigen::Index readable =
-      100;  // larger results are straight lines of eliminations, not for reading
+      100;  // larger results are sequences of eliminations and not meant to be read
   return a.size() > readable ? a : MatX(a.unaryExpr([](Expr e) { return simplify(e); }));
 }
 
@@ -78,7 +78,7 @@ int det(Call& call) {
   if (const Mat* m = std::get_if<Mat>(&a))
     return call.push(finite(linalg::determinant(*m), "the determinant"));
   const MatX& e = std::get<MatX>(a);
-  constexpr Eigen::Index readable = 20;  // of more measured numbers in one exact fraction nothing can be read
+  constexpr Eigen::Index readable = 20;  // an exact fraction of more measured numbers is unreadable
   if (const auto values = e.rows() > readable ? measured(e) : std::nullopt)
     return call.push(finite(linalg::determinant(*values), "the determinant"));
   check_cost(e);
@@ -103,8 +103,8 @@ std::optional<Expr> entry(Call& call, int index, lua_Integer i) {
   return e;
 }
 
-/// Whether the first argument is an equation or a list of them, or an expression (a list of them) in which
-/// the symbol (the first symbol of the list) given second occurs.
+/// Is the first argument an equation or a list of equations, or an expression (or list of them) that contains
+/// the symbol (the first symbol of the list) given second?
 bool asks_for_equations(Call& call) {
   if (call.is<Equation>(1)) return true;
   std::vector<Expr> e;
@@ -126,7 +126,7 @@ bool asks_for_equations(Call& call) {
   return x && x->is_symbol() && std::find(in.begin(), in.end(), *x) != in.end();
 }
 
-/// stdlib/algebra/solve.lua solves equations in closed form, here in the name of solve.
+/// Calls stdlib/algebra/solve.lua, which solves equations in closed form; errors carry the name solve.
 int solve_equations(Call& call) {
   lua_State* L = call.L;
   lua_settop(L, 2);
@@ -221,7 +221,7 @@ int eig(Call& call) {
     if (linalg::is_rational(e) && !data && e.rows() > 0 && e.rows() <= most)
       result->exact = linalg::exact_eigenvalues(e);
   }
-  if (result->exact) {  // the decimals of the exact ones: repeated eigenvalues do not scatter
+  if (result->exact) {  // decimals of the exact values, in which repeated eigenvalues agree
     for (std::size_t k = 0; k < result->exact->size(); ++k) {
       result->numeric.re[k] = *number_value((*result->exact)[k].re);
       result->numeric.im[k] = *number_value((*result->exact)[k].im);

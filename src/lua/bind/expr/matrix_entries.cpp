@@ -1,4 +1,4 @@
-// Entries, rows, blocks and sizes of matrices, and walking through them.
+// Entries, rows, blocks and sizes of matrices, and iteration over them.
 #include <cmath>
 
 #include "lua/bind/expr/matrix.hpp"
@@ -10,7 +10,8 @@ namespace {
 
 // ── indexing ──
 
-/// 0-based position of the i-th of n, or an error that says the size. `what`: "entry", "row", "column".
+/// 0-based position of the i-th of n entries, or an error that names the size. `what`:
+/// "entry", "row", "column".
 Eigen::Index position(lua_Integer i, Eigen::Index n, const std::string& what, const std::string& of) {
   if (i >= 1 && i <= n) return i - 1;
   const std::string plural = what == "entry" ? "entries" : what + "s";
@@ -35,7 +36,7 @@ int matrix_index(Call& call) {
 }
 
 int entry(Call& call) {
-  if (call.count() == 1 || (call.count() == 2 && call.is<Matrix>(2)))  // A:T() is A.T(A)
+  if (call.count() == 1 || (call.count() == 2 && call.is<Matrix>(2)))  // A:T() means A.T(A)
     throw Error("A.T is a value: write it without ( )");
   if (call.count() != 3)
     throw Error("expected a row and a column, as in A(2, 3); entry i of a column is q[i]");
@@ -82,7 +83,7 @@ int block(Call& call) {
 int rows_of(Call& call) { return call.push(static_cast<long>(call.object<Matrix>(1, "matrix").rows())); }
 int cols_of(Call& call) { return call.push(static_cast<long>(call.object<Matrix>(1, "matrix").cols())); }
 
-/// Entries of a vector, rows of a matrix: what [] counts.
+/// The number of elements that [] counts: entries of a vector, rows of a matrix.
 long length_of(const Matrix& m) { return m.rows() == 1 ? m.cols() : m.rows(); }
 int length(Call& call) { return call.push(length_of(call.object<Matrix>(1, "matrix"))); }
 
@@ -109,9 +110,9 @@ int matrix_equal(Call& call) {
   return call.push(exact(a, "the left matrix") == exact(b, "the right matrix"));
 }
 
-// ── walking ──
+// ── iteration ──
 
-/// next(m, i) -> i + 1, m[i + 1]. Upvalue-free, so that the loop of ipairs and pairs is one function.
+/// next(m, i) -> i + 1, m[i + 1]. Has no upvalues, so that the loops of ipairs and pairs share one function.
 int next_entry(lua_State* L) {
   const auto* held = object_at(L, 1, TypeName<Matrix>::value);
   const lua_Integer i = lua_tointeger(L, 2) + 1;
@@ -127,7 +128,8 @@ int next_in_list(lua_State* L) {
   return lua_geti(L, 1, i) == LUA_TNIL ? 1 : 2;
 }
 
-/// Of a value that is counted (constraints, runs, …): behind its last entry an index is an error, no nil.
+/// The iterator of counted values (constraints, runs, …), whose index behind the last entry is an error
+/// instead of nil.
 int next_counted(lua_State* L) {
   const lua_Integer i = lua_tointeger(L, 2) + 1;
   if (i > luaL_len(L, 1)) return 0;

@@ -1,5 +1,5 @@
-// How print shows matrices: exact ones by names or as a grid, numbers aligned with at
-// most 10 digits, long ones in part.
+// Printing of matrices: exact ones by names or as a grid, numbers aligned with at most 10 digits,
+// long ones abbreviated.
 #include <algorithm>
 
 #include "base/text.hpp"
@@ -11,7 +11,7 @@ namespace {
 
 constexpr Eigen::Index most_rows = 24, most_cols = 12, ends = 4;
 
-/// The first and last few of n, with -1 for what is left out.
+/// The first and last few of n indices, with -1 for the omitted ones.
 std::vector<Eigen::Index> shown_indices(Eigen::Index n, Eigen::Index most, Eigen::Index at_the_ends) {
   std::vector<Eigen::Index> list;
   for (Eigen::Index i = 0; i < n; ++i) {

@@ -57,7 +57,7 @@ int coefficients(Call& call) {
   return 1;
 }
 
-/// The name of the operation on top of e ("sin"; "" of a symbol or number) and its operands.
+/// The name of the outermost operation of e ("sin"; "" for a symbol or number) and its operands.
 int operation(Call& call) {
   const Expr e = to_expr(call.L, 1, "e");
   const bool leaf = e.is_constant() || e.is_symbol() || e.op() == Op::call || e.op() == Op::solve;

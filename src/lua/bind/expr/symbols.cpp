@@ -44,7 +44,7 @@ void declare_positive(Expr leaf, bool positive) {
   assume_positive(leaf, positive);
 }
 
-/// A declaration without options keeps what an earlier one said.
+/// Sets the given attributes; a declaration without options keeps those of an earlier one.
 void set_attributes(std::span<const Expr> leaves, const Attributes& given) {
   note_declared(leaves);
   if (!given.given) return;
@@ -57,7 +57,7 @@ void set_attributes(std::span<const Expr> leaves, const Attributes& given) {
   }
 }
 
-/// var(name [, size] [, options]) and its like.
+/// Common implementation of var(name [, size] [, options]) and similar functions.
 int declare(Call& call, Kind kind) {
   const std::string name = call.string(1, "name");
   check_free_name(name);
@@ -99,7 +99,7 @@ int vars(Call& call) { return declare_words(call, Kind::variable); }
 int input(Call& call) { return declare(call, Kind::input); }
 int inputs(Call& call) { return declare_words(call, Kind::input); }
 
-/// A default is a constant: √2 becomes its decimal value here and nowhere else.
+/// The constant value of a default: √2 is converted to a decimal here and nowhere else.
 Expr default_value(Expr e, const std::string& name) {
   if (e.is_constant()) return e;
   if (const auto value = number_value(e)) return Expr(*value);
@@ -135,7 +135,7 @@ int param(Call& call) {
   return push_matrix(call.L, MatX(column(leaves)));
 }
 
-/// "m = 1" and "m=1" are one word.
+/// Removes blanks around =, so that "m = 1" and "m=1" are single words.
 std::string without_blanks_around_equals(const std::string& words) {
   std::string out;
   for (char ch : words) {
@@ -173,7 +173,7 @@ int func(Call& call) {
   const long outputs = call.integer(2, "outputs", 1);
   if (outputs < 1 || outputs > 1000)
     throw Error(text("the number of outputs must be between 1 and 1000, not ", outputs));
-  static_cast<void>(symbol(Kind::slot, name));  // refuses what is not a name
+  static_cast<void>(symbol(Kind::slot, name));  // rejects invalid names
   return call.push(
       std::make_shared<const UnspecifiedFunction>(UnspecifiedFunction{name, static_cast<int>(outputs)}));
 }

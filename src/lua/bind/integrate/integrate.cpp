@@ -16,7 +16,7 @@
 namespace pendula::lua {
 namespace {
 
-char options_key;  // registry: solution -> the table of options it was made with, as long as it lives
+char options_key;  // registry: solution -> the options it was made with, while it lives
 
 /// Pushes a copy of the table at `index`, an absolute one.
 void push_copy(lua_State* L, int index) {
@@ -85,7 +85,7 @@ int integrate_model(Call& call) {
   return 1;
 }
 
-/// sol.options: a copy, so that what a script does to it changes nothing.
+/// sol.options: a copy, which a script may change freely.
 int asked_options(Call& call) {
   lua_rawgetp(call.L, LUA_REGISTRYINDEX, &options_key);
   if (!lua_istable(call.L, -1)) return lua_pushnil(call.L), 1;

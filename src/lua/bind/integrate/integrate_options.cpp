@@ -70,8 +70,7 @@ int get_field(lua_State* L) {
   return 1;
 }
 
-/// table.name as a T, or null. Methods are made when they are first asked for,
-/// so the table's own __index has its say.
+/// table.name as a T, or null. Uses __index of the table, since methods are created on first access.
 template <class T>
 std::shared_ptr<const T> library_method(lua_State* L, const std::string& table, const std::string& name) {
   const int top = lua_gettop(L);
@@ -92,7 +91,7 @@ TableauPtr library_tableau(lua_State* L, const std::string& name) {
   return library_method<integrate::Tableau>(L, "rk", name);
 }
 
-/// The names a user can give, for messages.
+/// The names that a user can give, for messages.
 std::vector<std::string> known_methods() {
   std::vector<std::string> known{"auto"};
   for (const integrate::MethodFamily* family : integrate::families())
@@ -166,7 +165,7 @@ integrate::ToleranceRequest read_tolerance(Call& call, const Options& options, c
 
 // ── events ──
 
-/// What a callback returned: nothing, "stop" or true, or a table of new values.
+/// Reads the result of a callback: nothing, "stop" or true, or a table of new values.
 integrate::EventReply read_reply(lua_State* L, const dae::Model& model, const std::string& what) {
   integrate::EventReply reply;
   const int index = lua_gettop(L);
@@ -306,13 +305,13 @@ integrate::Plan read_plan(Call& call, const Options& options, double from) {
     plan.times = std::vector<double>(times.begin(), times.end());
     lua_pop(call.L, 1);
   }
-  // Without `to`, the last of `times` is the end; an empty list is refused by integrate() itself.
+  // without `to` the last of `times` is the end; integrate() itself rejects an empty list
   const bool last = plan.times && !plan.times->empty();
   plan.to = options.number("to", last ? plan.times->back() : plan.from + 1);
   return plan;
 }
 
-/// Parameters: what a start was computed with holds for what begins there, params of this call come first.
+/// Parameter values: params of this call take precedence over those with which a start was computed.
 dae::ParameterValues read_all_parameters(Call& call, const Options& options, const dae::Model& model) {
   dae::ParameterValues values;
   if (const auto* held =
@@ -331,11 +330,11 @@ dae::ParameterValues read_all_parameters(Call& call, const Options& options, con
 
 }  // namespace
 
-/// Each tableau costs half a millisecond when it is first used: only those are made that may be
-/// chosen. Of Rosenbrock methods small models take the one whose steps are longest, large ones the
-/// one with fewest solutions a step.
+/// The methods for automatic choice. Creating a tableau costs half a millisecond, so only candidates are
+/// created. Among Rosenbrock methods small models use the one with the longest steps, large ones the one with
+/// the fewest solutions per step.
 Method automatic_method(lua_State* L, std::optional<double> rtol, std::size_t equations) {
-  constexpr std::size_t large = 60;  // with a dense Jacobian from here on: choose()
+  constexpr std::size_t large = 60;  // from here on with a dense Jacobian: choose()
   const char* names[] = {"verner87", "verner98", "dop853"};
   Method method;
   for (std::size_t k = 0; k < std::size(names); ++k) {

@@ -1,4 +1,4 @@
-// Methods beside the tableaus: linear multistep (bdf) and Rosenbrock.
+// Methods other than tableaus: linear multistep (bdf) and Rosenbrock.
 #include <cmath>
 
 #include "base/text.hpp"

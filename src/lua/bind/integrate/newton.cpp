@@ -9,7 +9,7 @@
 
 namespace pendula::lua {
 
-/// A run with what is needed to look at it again from other starts.
+/// A run with the data needed to repeat it from other starts.
 struct NewtonRecord {
   lab::NumericFunction f;
   std::vector<Expr> x;
@@ -62,7 +62,7 @@ void read_jacobian(Call& call, const Options& options, const Problem& problem,
     if (M.rows() != n || M.cols() != n)
       throw Error(text("jacobian is ", M.rows(), "×", M.cols(), "; for ", n,
                        n == 1 ? " unknown" : " unknowns", " it must be ", n, "×", n));
-    auto values = problem.values;  // parameters that only the given matrix contains
+    auto values = problem.values;  // parameters that occur only in the given matrix
     for (Expr leaf : leaves({M.data(), static_cast<std::size_t>(M.size())}))
       if (const auto& value = symbol_of(leaf).value; value && !values.count(leaf))
         values[leaf] = number_value(*value).value_or(NAN);

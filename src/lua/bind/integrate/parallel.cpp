@@ -14,7 +14,7 @@ namespace pendula::lua {
 namespace {
 
 using integrate::SharedSlots;
-constexpr double single = 0, list = 1;  ///< what f returned: a number, a list
+constexpr double single = 0, list = 1;  ///< result of f: a number, a list
 
 const OptionTable& parallel_option_rows() {
   static const OptionTable rows = {
@@ -26,7 +26,7 @@ const OptionTable& parallel_option_rows() {
   return rows;
 }
 
-/// Calls f(i) and writes what it returns behind how many numbers it is, and of which kind.
+/// Calls f(i) and writes its result: kind, count, then the numbers.
 void call_one(lua_State* L, int function, int i, std::uint64_t seed, std::size_t most, double* numbers) {
   ScriptNumbers& generator = script_numbers(L);
   const ScriptNumbers before = generator;
@@ -57,13 +57,13 @@ void push_result(lua_State* L, const double* numbers) {
   push_matrix(L, Mat(Eigen::Map<const Vec>(numbers + 2, static_cast<Eigen::Index>(numbers[0]))));
 }
 
-/// How many numbers one of n results may have: 64 MB in all, but never less than 1024.
+/// The largest number of values per result of n calls: 64 MB in total, but never less than 1024 values.
 std::size_t most_numbers(long n) {
   return static_cast<std::size_t>(std::clamp(8'388'608L / n, 1024L, 1'048'576L));
 }
 
-/// Pushes the list of results, false where there is none, and the list of failures.
-/// Returns how many calls were not made.
+/// Pushes the list of results, with false for missing ones, and the list of failures. Returns the number of
+/// calls not made.
 lua_Integer push_results(lua_State* L, const SharedSlots& slots) {
   lua_createtable(L, slots.tasks(), 0);
   lua_newtable(L);

@@ -1,4 +1,4 @@
-// What a run tells about itself: the types "stats" and "drift".
+// Statistics and drift of a run: the types "stats" and "drift".
 #include "base/text.hpp"
 #include "lua/bind/integrate/integrate.hpp"
 #include "lua/core/objects.hpp"

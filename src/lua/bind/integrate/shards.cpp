@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 std::string folder_of(const std::string& file) { return file + ".d"; }
 
-/// Runs that are not there, as ranges.
+/// The missing runs as ranges.
 store::Ranges missing(const std::vector<bool>& finished) {
   store::Ranges ranges;
   for (std::size_t run = 0; run < finished.size(); ++run) {
@@ -33,7 +33,7 @@ store::Ranges missing(const std::vector<bool>& finished) {
   return ranges;
 }
 
-/// The first `count` runs of the ranges, which lose them.
+/// Removes the first `count` runs from the ranges and returns them.
 store::Ranges take(store::Ranges& ranges, long count) {
   store::Ranges taken;
   while (count > 0 && !ranges.empty()) {
@@ -101,7 +101,7 @@ std::string read_text(const std::string& name) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// Makes the runs of a shard: of the model and options at 2 and 3.
+/// Makes the runs of a shard, for the model and options at 2 and 3.
 int run_shard(Call& call) {
   const std::string path = call.string(3, "shard");
   const std::string folder = fs::path(path).has_parent_path() ? fs::path(path).parent_path().string() : ".";
@@ -118,14 +118,14 @@ int run_shard(Call& call) {
   return call.push(shard.finish() ? "done" : "done by another");
 }
 
-/// Takes finished shards into the store. Each is taken once: adding again would change nothing.
+/// Adds finished shards to the store. Adding a shard twice has no effect.
 int collect(Call& call) {
   const std::string file = call.string(1, "file"), folder = folder_of(file);
   store::RunStore runs(file);
   const store::RunStore::Lock lock(runs);
   lua_State* L = call.L;
   lua_createtable(L, 0, 3);
-  lua_newtable(L);  // the numbers of those that are not finished
+  lua_newtable(L);  // numbers of unfinished shards
   lua_Integer open = 0;
   long shards = 0;
   for (long number : shards_in(folder)) {
@@ -160,7 +160,7 @@ int note(Call& call) {
   return call.push(runs.noted(key));
 }
 
-/// This program's own file, for job scripts.
+/// The path of this executable, for job scripts.
 int program(Call& call) {
   std::error_code wrong;
   const fs::path path = fs::read_symlink("/proc/self/exe", wrong);

@@ -20,7 +20,7 @@ using integrate::Trajectory;
 
 const Trajectory& trajectory_of(Call& call) { return call.object<Trajectory>(1, "solution"); }
 
-/// Parameters that the model does not know have their default values.
+/// Replaces parameters that the model does not contain by their default values.
 MatX with_defaults(MatX e, const dae::Model& model) {
   Substitution defaults;
   for (Expr leaf : leaves(entries(e))) {
@@ -62,7 +62,7 @@ int value(Call& call) {
   return push_matrix(call.L, rows);
 }
 
-/// The expressions of a list, a column or a single one, one after the other.
+/// The expressions of a list, a column or a single one, concatenated.
 std::vector<Expr> read_expressions(Call& call, int i) {
   std::vector<Expr> all;
   const auto add = [&](const MatX& e) { all.insert(all.end(), entries(e).begin(), entries(e).end()); };
@@ -88,7 +88,7 @@ std::optional<std::pair<double, double>> pair_option(Call& call, const Options& 
   return std::pair(pair[0], pair[1]);
 }
 
-/// The sheet of plot's options.
+/// The drawing area according to the options of plot.
 integrate::CurvePlan curve_plan(Call& call, const Options& o, int columns) {
   integrate::CurvePlan plan;
   const auto coordinates = static_cast<int>(o.integer("coordinates", 0));
@@ -128,7 +128,7 @@ int push_rows(lua_State* L, const std::vector<Eigen::Index>& rows) {
   return 1;
 }
 
-/// sol:curve(expressions [, options]): columns for plot, where the line is interrupted, what was saved.
+/// sol:curve(expressions [, options]): columns for plot, the interruptions of the line, and the saved points.
 int curve(Call& call) {
   std::vector<Expr> wanted = read_expressions(call, 2);
   const Options o = call.options(3);
@@ -198,7 +198,8 @@ int sensitivity(Call& call) {
   return push_matrix(call.L, result);
 }
 
-/// sol:gradient(cost [, {p, …}]): of a cost at the end, by sensitivities if any, else by the adjoint.
+/// sol:gradient(cost [, {p, …}]): of a cost at the end, by sensitivities if there are any, else
+/// by the adjoint.
 int gradient(Call& call) {
   const MatX cost = read_expression(call, 2);
   if (cost.size() != 1) throw Error("the cost must be one number, an expression evaluated at the end");
@@ -239,7 +240,7 @@ std::string path_of(Expr leaf) {
   return dot == std::string::npos ? "" : name.substr(0, dot);
 }
 
-/// The path above both.
+/// The common prefix of both paths.
 std::string common_path(std::string a, const std::string& b) {
   while (!a.empty() && b != a && b.compare(0, a.size() + 1, a + ".") != 0) {
     const std::size_t dot = a.rfind('.');
@@ -248,7 +249,7 @@ std::string common_path(std::string a, const std::string& b) {
   return a;
 }
 
-/// The part of a model of parts that an event belongs to: where what it resets is, or what it waits for.
+/// The part of a composed model that an event belongs to: that of the states it resets, or of its condition.
 std::string part_of(const integrate::ModelEvent& event) {
   std::vector<Expr> all;
   for (const auto& [state, value] : event.reset) all.push_back(state);
@@ -266,7 +267,8 @@ const integrate::ModelEvent* asked_event(const Trajectory& trajectory, const int
   return which < trajectory.events().size() ? &trajectory.events()[which] : nullptr;
 }
 
-/// What the caller did not ask for needs words: " of C", an event of a part; " of the model: h = 0".
+/// Describes an event that the caller did not request: " of C" for an event of a part; " of the model:
+/// h = 0".
 std::string origin_text(const Trajectory& trajectory, const integrate::ModelEvent& event) {
   if (const std::string part = part_of(event); !part.empty()) return " of " + part;
   for (const dae::Model* m = trajectory.model().get(); m; m = m->parent.get())
@@ -297,7 +299,7 @@ void push_values(lua_State* L, const integrate::Problem& problem, const integrat
   for (int i = 0; i < problem.visible_m(); ++i) field(problem.z_name(i), point.z[i]);
 }
 
-/// Fields when and part of the table on top of the stack.
+/// Sets the fields when and part of the table on top of the stack.
 void push_origin(lua_State* L, const integrate::ModelEvent& event) {
   push_expr(L, event.when);
   lua_setfield(L, -2, "when");

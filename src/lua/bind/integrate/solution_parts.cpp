@@ -1,5 +1,4 @@
-// What a saved file keeps of a solution, and the way back: sol:parts(),
-// solution_of_parts(model, options, parts).
+// Saving and restoring solutions: sol:parts(), solution_of_parts(model, options, parts).
 #include "integrate/simulation/problem_setup.hpp"
 #include "integrate/solution/pieces.hpp"
 #include "lua/bind/integrate/integrate.hpp"
@@ -46,7 +45,7 @@ Vec stacked(const Point& point, int n, int m) {
   return all;
 }
 
-/// One column per piece and point: where the piece begins and ends, how many points it has, then the values.
+/// One column per piece and point: beginning and end of the piece, number of its points, then the values.
 Mat table_of(const std::vector<Piece>& pieces) {
   Eigen::Index columns = 0;
   for (const Piece& piece : pieces) columns += piece.values.cols();
@@ -132,7 +131,7 @@ Mat matrix_field(Call& call, const Options& options, const char* key) {
   return matrix;
 }
 
-/// The tables of a list, one after the other on top of the stack; field(key) pushes one of its fields.
+/// Pushes the tables of a list in turn; field(key) pushes a field of the current one.
 template <class Read>
 void each_table(Call& call, const Options& options, const char* key, const Read& read) {
   if (!options.has(key)) return;
@@ -186,7 +185,7 @@ void read_ending(Call& call, const Options& options, integrate::Solution& soluti
   solution.finish(outcome, stats, options.number("seconds", 0));
 }
 
-/// What sol:parts() returns.
+/// The result of sol:parts().
 const OptionTable part_options = {
     {"points", "matrix", "", "t and the variables, one row per point"},
     {"pieces", "matrix", "", "dense output: polynomials by pieces"},
@@ -200,8 +199,7 @@ const OptionTable part_options = {
     {"methods", "list", "", "method families used in turn"},
 };
 
-/// What is evaluated, not integrated: the model with parameters and inputs, and the
-/// points that were computed.
+/// Restores a solution for evaluation: the model with parameters and inputs, and the computed points.
 int solution_of_parts(Call& call) {
   const auto model = call.shared<dae::Model>(1, "model");
   const integrate::Simulation simulation = read_simulation(call, call.options(2), model);

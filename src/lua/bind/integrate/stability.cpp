@@ -1,5 +1,4 @@
-// The types "stability" and "conditions": what analysis says about a method.
-// Reads arguments, calls src/integrate.
+// The types "stability" and "conditions": the analysis of a method. Reads arguments, calls src/integrate.
 #include "method/stability.hpp"
 
 #include <cmath>
@@ -14,7 +13,7 @@
 
 namespace pendula::lua {
 
-/// A list of order conditions and the method they belong to.
+/// The order conditions of a method.
 struct Conditions {
   std::string method;
   std::vector<integrate::OrderCondition> list;
@@ -194,7 +193,7 @@ int conditions_text(Call& call) {
                         " conditions met\n", table.str(2).substr(0, table.str(2).size() - 1)));
 }
 
-// ── tableaus: what follows from the coefficients ──────────────────────────────────────────────────────
+// ── tableaus: properties that follow from the coefficients ─────────────────────────────────────────────
 
 const Tableau& tableau(Call& call) { return call.object<Tableau>(1, "tableau"); }
 

@@ -18,7 +18,7 @@
 
 namespace pendula::lua {
 
-/// What a sweep has cost, and how it was made.
+/// The cost of a sweep and the way it was executed.
 struct SweepStats {
   integrate::Sweep::Counts counts;
   int runs, lanes;
@@ -43,7 +43,7 @@ std::vector<Expr> read_sweep_expressions(Call& call, int i) {
   return {e.data(), e.data() + e.size()};
 }
 
-/// At the end of every run, or at time t (argument i + 1).
+/// Values at the end of every run, or at time t (argument i + 1).
 Mat values(Call& call, int i) {
   const auto expressions = read_sweep_expressions(call, i);
   if (!call.has(i + 1)) return sweep_of(call).final(expressions);
@@ -241,7 +241,7 @@ int table(Call& call) {
 
 std::string first_line(const std::string& message) { return message.substr(0, message.find('\n')); }
 
-/// "1 … 2" of a list, the call that makes a distribution.
+/// "1 … 2" for a list, the constructor call for a distribution.
 std::string range_text(const SweepRecord& record, std::size_t c) {
   const random::Column& column = record.space->columns()[c];
   if (column.distribution) return column.distribution->code();
@@ -264,7 +264,8 @@ int sweep_text(Call& call) {
   for (std::size_t c = 0; c < told; ++c) over.push_back(text(columns[c].name, " = ", range_text(record, c)));
   if (told < columns.size()) over.push_back(text(columns.size() - told, " more"));
   std::vector<int> failures = s.failures();
-  if (!s.complete()) std::erase_if(failures, [&](int run) { return s.failure(run).empty(); });  // not made
+  // drop runs that were not made
+  if (!s.complete()) std::erase_if(failures, [&](int run) { return s.failure(run).empty(); });
   const int failed = static_cast<int>(failures.size()), done = static_cast<int>(s.counts().done);
   const int left = s.runs() - done - failed;
   std::string out = text("sweep of ", s.runs(), s.runs() == 1 ? " run" : " runs", " over ", join(over, ", "),

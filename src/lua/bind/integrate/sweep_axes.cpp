@@ -42,13 +42,14 @@ void AxisReader::add(Expr leaf, bool parameter, random::Column column) {
   column.name = leaf_name(leaf);
   axes_.push_back({std::move(column), leaf, parameter, false});
 }
-/// The order of a Lua table's keys is nobody's, that of declarations may lie in another file.
+/// Sorts by name: the order of keys of a Lua table is arbitrary, and declarations may lie in another file.
 void AxisReader::order_by_name(std::size_t first) {
   std::sort(axes_.begin() + static_cast<std::ptrdiff_t>(first), axes_.end(),
             [](const SweepAxis& a, const SweepAxis& b) { return a.column.name < b.column.name; });
 }
 
-/// A distribution for a leaf, or a joint one for as many leaves as it has numbers; false: something else.
+/// Takes a distribution for a leaf, or a joint one for as many leaves as it has components; false
+/// for anything else.
 bool AxisReader::sort_drawn(const SymbolEntry& entry, const std::string& what, bool parameter) {
   random::Column column;
   column.distribution = distribution_at(L_, entry.value);
@@ -76,8 +77,8 @@ bool AxisReader::sort_drawn(const SymbolEntry& entry, const std::string& what, b
   return true;
 }
 
-/// A list of more than one number for one leaf is swept, distributions are drawn from;
-/// what is neither goes into `fixed`.
+/// Sorts an entry: a list of several numbers for one leaf is swept, distributions are sampled, anything else
+/// goes into `fixed`.
 void AxisReader::sort(const SymbolEntry& entry, const std::string& what, bool parameter, int fixed) {
   if (sort_drawn(entry, what, parameter)) return;
   const bool list = lua_istable(L_, entry.value) || object_at(L_, entry.value, TypeName<Matrix>::value);
@@ -109,7 +110,7 @@ void AxisReader::sort(const SymbolEntry& entry, const std::string& what, bool pa
   lua_pop(L_, 1);
 }
 
-/// The numbers of a fit (fields names, theta, cov) vary together as its covariance says.
+/// Adds the parameters of a fit (fields names, theta, cov) with the joint distribution of its covariance.
 void AxisReader::add_estimates(int fit) {
   const std::string type = object_type(L_, fit);
   for (const char* field : {"names", "theta", "cov"}) {
@@ -147,7 +148,7 @@ void AxisReader::add_estimates(int fit) {
   lua_settop(L_, fit);
 }
 
-/// Takes the entries without names out of params.
+/// Moves the entries without names out of params.
 int AxisReader::named_params(int params) {
   if (!lua_istable(L_, params)) {
     if (object_type(L_, params).empty()) return params;

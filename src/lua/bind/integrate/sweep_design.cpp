@@ -1,4 +1,4 @@
-// What a sweep says about its design, and numbers by their place.
+// Properties of the design of a sweep, and access to its numbers by position.
 #include "base/text.hpp"
 #include "lua/bind/dae/dae.hpp"
 #include "lua/bind/integrate/sweep_record.hpp"

@@ -12,7 +12,7 @@ namespace pendula::lua {
 
 namespace {
 
-/// The options that sweep has beside those of integrate.
+/// The options of sweep in addition to those of integrate.
 const OptionTable& own_rows() {
   static const OptionTable rows = {
       {"grid", "boolean", "false", "all combinations of the lists in params and start, instead of pairs"},
@@ -53,8 +53,8 @@ Call& with_table(Call& call) {
   return call;
 }
 
-/// Reads the options of sweep and offers those of integrate, with the values
-/// of one run in the place of the lists.
+/// Reads the options of sweep, and provides those of integrate with the values of one run in place
+/// of the lists.
 class Reader {
  public:
   explicit Reader(Call& call)
@@ -128,7 +128,7 @@ class Reader {
     lua_pop(L_, 1);
   }
 
-  /// Argument 2 becomes the options of integrate for one run.
+  /// Replaces argument 2 by the options of integrate for one run.
   void offer(long run) {
     lua_settop(L_, call_.count());
     copy_of(given_.options());
@@ -163,7 +163,7 @@ class Reader {
     lua_settop(L_, call_.count());
   }
 
-  /// The options common to all runs are read with the first run whose start can be solved.
+  /// Reads the options common to all runs, with the first run whose start can be solved.
   void read_base() {
     std::exception_ptr first;
     const long stride = std::max(1L, space_->runs() / 20);
@@ -204,7 +204,7 @@ class Reader {
     };
   }
 
-  /// A list of starts: what each of them fixes; solved when its run begins.
+  /// The conditions of each start in a list; solved when the run begins.
   std::vector<dae::ConsistentStatePtr> read_starts(std::size_t count) {
     std::vector<dae::ConsistentStatePtr> starts;
     for (std::size_t i = 0; i < count; ++i) {

@@ -1,4 +1,4 @@
-// sweep(sys, …): makes the runs, or has them made, and store_info. Reads arguments, calls src/integrate.
+// sweep(sys, …): makes the runs or delegates them, and store_info. Reads arguments, calls src/integrate.
 #include <algorithm>
 #include <cstdio>
 
@@ -16,7 +16,7 @@
 namespace pendula::lua {
 namespace {
 
-/// Goes on with the runs of a store, unless it is only to be opened.
+/// Continues the runs of a store, unless it is only opened.
 void run_in_store(integrate::Sweep& sweep, const std::shared_ptr<store::RunStore>& store, bool open,
                   bool retry) {
   bool complete = true;
@@ -32,9 +32,9 @@ void run_in_store(integrate::Sweep& sweep, const std::shared_ptr<store::RunStore
   sweep.open(integrate::results_in(store), complete);
 }
 
-/// Who makes the runs, if not this process.
+/// Where the runs are made, if not in this process.
 struct Elsewhere {
-  long shards = 0;        ///< written for others, by hand
+  long shards = 0;        ///< number of shards written for manual execution
   int slurm = LUA_NOREF;  ///< reference to the table of slurm{ … }
 };
 
@@ -57,7 +57,7 @@ Elsewhere read_elsewhere(Call& call, const std::string& file) {
   return result;
 }
 
-/// Writes shards, or gives them to Slurm and waits for them.
+/// Writes shards for manual execution, or submits them to Slurm and waits.
 void hand_over(Call& call, const store::RunStore& store, const Elsewhere& elsewhere) {
   lua_State* L = call.L;
   include_embedded(L, "many/cluster");
@@ -71,7 +71,8 @@ void hand_over(Call& call, const store::RunStore& store, const Elsewhere& elsewh
   lua_settop(L, call.count());
 }
 
-/// Random processes among the inputs become expressions whose parameters are drawn, from = fit its params.
+/// Replaces random processes among the inputs by expressions with random parameters, and from = fit
+/// by its params.
 void expand_options(Call& call) {
   lua_State* L = call.L;
   if (!lua_istable(L, 2)) return;
@@ -137,7 +138,7 @@ int sweep(Call& call) {
   return call.push(std::shared_ptr<const SweepRecord>(std::move(record)));
 }
 
-/// What a store says about itself.
+/// The properties of a store.
 int store_info(Call& call) {
   const store::RunStore store(call.string(1, "file"));
   const store::Description& d = store.description();

@@ -85,8 +85,8 @@ integrate::DenseData read_dense(lua_State* L, int index, Eigen::Index s) {
   return dense;
 }
 
-/// A row of A may stop early only where all rows stay within the lower triangle:
-/// elsewhere nobody knows what is meant.
+/// Rejects shortened rows of A unless all rows stay within the lower triangle; otherwise their
+/// meaning is ambiguous.
 void refuse_ragged(lua_State* L, int index) {
   if (!lua_istable(L, index)) return;
   const auto s = static_cast<lua_Integer>(lua_rawlen(L, index));
@@ -95,7 +95,7 @@ void refuse_ragged(lua_State* L, int index) {
   for (lua_Integer i = 1; i <= s; ++i) {
     lua_geti(L, index, i);
     const std::size_t size = lua_istable(L, -1) ? lua_rawlen(L, -1) : static_cast<std::size_t>(s);
-    if (size > static_cast<std::size_t>(s)) return;  // its own error
+    if (size > static_cast<std::size_t>(s)) return;  // an error of its own
     if (size > static_cast<std::size_t>(i) && !wide) {
       wide = i;
       widest = size;
@@ -135,8 +135,8 @@ integrate::TableauData read_fields(Call& call) {
   return data;
 }
 
-/// Symbols among the coefficients: order and stability are questions of algebra
-/// (stdlib/tableaus/symbolic.lua).
+/// Are there symbols among the coefficients? Then order and stability are
+/// algebraic questions (stdlib/tableaus/symbolic.lua).
 bool has_symbols(const integrate::TableauData& data) {
   std::vector<Expr> all(entries(data.A).begin(), entries(data.A).end());
   all.insert(all.end(), data.b.begin(), data.b.end());
@@ -161,7 +161,7 @@ int make(Call& call) {
       lua_isstring(call.L, 1) ? integrate::parse_tableau(call.string(1, "tableau")) : read_fields(call);
   try {
     return push_new(call, Tableau(std::move(data)));
-  } catch (const Error& error) {  // it begins with "tableau 'name'": no second "tableau:" before it
+  } catch (const Error& error) {  // begins with "tableau 'name'" already
     throw LuaError(user_position(call.L) + error.what());
   }
 }
@@ -177,7 +177,8 @@ int collocation(Call& call) {
   return push_new(call, integrate::collocation(entries(nodes)));
 }
 
-/// Exact where all entries are; a matrix of doubles is not interned in the expression graph.
+/// Pushes exact entries if all are exact, otherwise a matrix of doubles, which is not interned in
+/// the expression graph.
 template <class Exact, class Numeric>
 int push_entries(Call& call, const Exact& exact_entries, const Numeric& numeric) {
   for (Eigen::Index i = 0; i < exact_entries.size(); ++i) {

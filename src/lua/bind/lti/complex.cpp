@@ -36,8 +36,8 @@ bool is_sum(const std::string& words) {
   return words.find(" + ") != std::string::npos || words.find(" - ", 1) != std::string::npos;
 }
 
-/// "2 i", "i", "√3 i", without sign
-/// Exact numbers that are longer than their use are shown as decimals: √2/2, but 2.214723459 for 3 √218/20.
+/// "2 i", "i", "√3 i", without sign. Exact numbers that are too long are shown as decimals: √2/2, but
+/// 2.214723459 for 3 √218/20.
 std::string part_text(Expr e, bool decimals) {
   const auto value = number_value(e);
   if (decimals && value) return rounded(*value);
@@ -149,7 +149,7 @@ Expr part(const dae::Mode& m, bool imaginary) {
   return Expr(imaginary ? m.value.imag() : m.value.real());
 }
 
-/// With multiplicity.
+/// The roots, repeated by multiplicity.
 std::vector<ComplexNumber> all(const Roots& r) {
   std::vector<ComplexNumber> list;
   for (Expr e : r.symbolic) list.push_back({e, 0});
@@ -182,7 +182,7 @@ std::string singular(std::string what) {
 int item(Call& call) {
   const auto list = all(roots(call));
   const long i = call.integer(2, "index");
-  if (i == static_cast<long>(list.size()) + 1) {  // where ipairs ends
+  if (i == static_cast<long>(list.size()) + 1) {  // end of an iteration by ipairs
     lua_pushnil(call.L);
     return 1;
   }

@@ -1,4 +1,4 @@
-// The `lti` module: what a linear system consists of.
+// The `lti` module: the components of a linear system.
 #include <algorithm>
 
 #include "base/text.hpp"
@@ -74,7 +74,7 @@ int with(Call& call) {
   return push_system(call, lti::substitute(g, values));
 }
 
-/// A number from 1, or a name.
+/// The index of a channel, from a number (from 1) or a name.
 int channel_of(Call& call, int i, const char* what, int count, std::string (*name)(const System&, int)) {
   if (lua_type(call.L, i) == LUA_TSTRING) {
     std::vector<std::string> all;

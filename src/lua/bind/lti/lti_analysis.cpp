@@ -24,7 +24,7 @@ template <>
 struct TypeName<lti::Margins> {
   static constexpr const char* value = "margins";
 };
-/// damp(G): poles with damping.
+/// The result of damp(G): poles with damping.
 struct Damping {
   std::vector<dae::Mode> poles;
   double Ts = 0;

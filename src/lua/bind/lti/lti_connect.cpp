@@ -14,7 +14,7 @@ using lti::System;
 
 bool is_scalar(Call& call, int i) { return !call.is<System>(i) && is_expression(call.L, i); }
 
-/// A scalar beside a system with several channels multiplies all of them.
+/// A scalar combined with a system of several channels applies to all of them.
 System operand(Call& call, int i, const char* name, int channels) {
   System g = read_system(call, i, name);
   if (is_scalar(call, i) && channels > 1) {
@@ -106,7 +106,7 @@ int d2c(Call& call) {
   return push_system(call, lti::d2c(read_system(call, 1, "G"), call.string(2, "method", "zoh")));
 }
 
-/// place: which argument the method is.
+/// place: position of the argument `method`.
 OptionTable c2d_options_with(const char* place) {
   return {
       {place, "string", "\"zoh\"", "what the input does between samples, or the substitution for s",

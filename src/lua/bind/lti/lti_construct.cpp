@@ -23,7 +23,7 @@ Expr sampling_argument(Call& call, int i) { return call.has(i) ? read_sampling(c
 
 // ── ss ──
 
-/// A flat list is a row where that fits.
+/// Takes a flat list as a row if its length fits.
 MatX output_matrix(const MatX& C, Eigen::Index states) {
   return C.cols() == 1 && C.rows() == states && states != 1 ? MatX(C.transpose()) : C;
 }
@@ -96,7 +96,7 @@ bool has_string_key(lua_State* L, int i) {
   return named;
 }
 
-/// A model of equations becomes a linear system at a point.
+/// Rejects a model of equations: it becomes a linear system only at a point.
 void refuse_model(Call& call) {
   if (object_type(call.L, 1) != "model") return;
   throw Error(text("a model becomes a linear system at a point: at = sys:init{ fix = … }, then G = ",

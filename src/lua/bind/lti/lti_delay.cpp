@@ -24,7 +24,7 @@ DelaySystem read_delayed(Call& call, int i, const char* name, int channels = 1) 
   return {std::move(g), {}, false};
 }
 
-/// A delay that has gone is a plain system again.
+/// Pushes a system whose delays have cancelled as an ordinary system.
 int push_delayed(Call& call, DelaySystem g) {
   if (g.delays.empty()) return push_system(call, std::move(g.core));
   return call.push(std::make_shared<const DelaySystem>(std::move(g)));
@@ -84,7 +84,7 @@ int freqresp(Call& call) {
       std::make_shared<const lti::FrequencyResponse>(lti::frequency_response(g, frequencies(call, 2, g))));
 }
 
-/// Without an end as far as the rational part and five times the delays.
+/// The times of a response; without a given end it is that of the rational part plus five times the delays.
 Vec delay_times(Call& call, int i, const DelaySystem& g) {
   return read_times(call, i, [&](std::optional<double> given) {
     double to = given.value_or(0);

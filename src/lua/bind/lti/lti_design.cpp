@@ -12,7 +12,7 @@
 
 namespace pendula::lua {
 
-/// What kalman_filter found for the samples y.
+/// The result of kalman_filter for samples y.
 struct FilteredStates {
   lti::FilterRun run;
   lti::System system;
@@ -38,7 +38,7 @@ int push_poles(Call& call, const lti::ComplexVec& poles) {
   return push_roots(call, std::move(r));
 }
 
-/// A, B of a system or of two matrices; `next`: the argument behind them.
+/// A, B of a system or of two matrices; `next` is the index of the argument after them.
 struct StateEquation {
   MatX A, B;
   bool continuous = true;
@@ -58,7 +58,7 @@ Mat in_numbers(const MatX& m) {
       MatX(column(pendula::substitute(all, lti::defaults(all))).reshaped(m.rows(), m.cols())));
 }
 
-/// A number stands for a multiple of the identity.
+/// A weight matrix; a number means a multiple of the identity.
 Mat weight(Call& call, int i, const char* name, Index size) {
   if (lua_type(call.L, i) == LUA_TNUMBER) return call.number(i, name) * Mat::Identity(size, size);
   return to_numeric_matrix(call.L, i, name);
@@ -202,7 +202,7 @@ int kalman(Call& call) {
   return 4;
 }
 
-/// G in discrete time; y and u from data, or lists.
+/// kalman_filter for G in discrete time; y and u from data, or lists.
 int kalman_filter(Call& call) {
   const System g = lti::to_ss(lti::with_numbers(read_system(call, 1, "G")));
   if (g.continuous()) throw Error("the filter runs over samples: sample the system first, c2d(G, Ts)");

@@ -10,7 +10,7 @@
 namespace pendula::lua {
 namespace {
 
-/// inputs = { F = 0 } means values at the point, inputs = { F } which of them are inputs of G.
+/// Rejects inputs = { F = 0 }: values belong to the point, and inputs = { F } selects the inputs of G.
 void refuse_values_as_inputs(lua_State* L, int index) {
   if (!lua_istable(L, index)) return;
   lua_pushnil(L);
@@ -25,7 +25,7 @@ void refuse_values_as_inputs(lua_State* L, int index) {
   }
 }
 
-/// Options beside the values of a point are an error of their own: the point is the first argument.
+/// Rejects options among the values of a point, which is the first argument.
 void refuse_options_in_point(lua_State* L, int point, const dae::Model& model) {
   std::vector<std::string> known;
   for (Expr v : model.states()) known.push_back(symbol_of(v).name);
@@ -47,8 +47,8 @@ void refuse_options_in_point(lua_State* L, int point, const dae::Model& model) {
   }
 }
 
-/// Splits a point { theta = 0, F = 0 } into its state and what inputs are there: the tables `start` and
-/// `inputs` of the table of options.
+/// Splits a point { theta = 0, F = 0 } into its states and its inputs: the tables `start` and `inputs`
+/// of the options.
 void split_point(lua_State* L, int point, int options, const dae::Model& model) {
   lua_newtable(L);
   const int start = lua_gettop(L);

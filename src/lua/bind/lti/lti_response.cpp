@@ -73,7 +73,7 @@ int initial(Call& call) {
   return response_push_response(call, lti::initial(g, read_x0(call, 2, g), times_of(call, 3, g)));
 }
 
-/// One value per input from the value on top of the stack, which is popped.
+/// The values of the inputs from the value on top of the stack, which is popped.
 Vec popped_inputs(lua_State* L, int inputs, double t) {
   const Vec u = is_expression(L, -1) ? Vec(Vec::Constant(1, to_number(L, lua_gettop(L), "u(t)")))
                                      : to_numbers(L, lua_gettop(L), "u(t)");
@@ -151,7 +151,7 @@ int response_lsim(Call& call) {
 
 const lti::Response& response(Call& call) { return call.object<lti::Response>(1, "response"); }
 
-/// One matrix, rows by time; of several inputs the columns of the first input come first.
+/// One matrix, rows by time; the columns for the first input come first.
 Mat side_by_side(const std::vector<Mat>& parts) {
   Mat all(parts[0].rows(), parts[0].cols() * static_cast<Eigen::Index>(parts.size()));
   for (std::size_t j = 0; j < parts.size(); ++j)

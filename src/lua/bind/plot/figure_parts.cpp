@@ -1,4 +1,4 @@
-// A figure as the table that figure{…} reads.
+// Converts a figure to the table that figure{…} reads.
 #include "lua/bind/plot/figure_reader.hpp"
 
 #include <algorithm>
@@ -39,7 +39,7 @@ void set_pair(lua_State* L, const char* key, double a, double b) {
 void set_limits(lua_State* L, const char* key, const std::optional<plot::Range>& range) {
   if (range) set_pair(L, key, range->low, range->high);
 }
-/// Rows count from 1.
+/// Row numbers, counted from 1.
 void set_rows(lua_State* L, const char* key, const std::vector<Index>& rows) {
   Vec numbers(static_cast<Index>(rows.size()));
   for (std::size_t i = 0; i < rows.size(); ++i) numbers[i] = static_cast<double>(rows[i] + 1);
@@ -118,7 +118,7 @@ void set_axes(lua_State* L, const plot::Figure& f) {
   set_words(L, "y2label", f.right->label);
 }
 
-/// Notes that `checked` does not write by itself.
+/// The notes that `checked` does not add itself.
 std::vector<std::string> own_notes(const plot::Figure& f) {
   plot::Figure bare = f;
   bare.notes.clear();

@@ -45,8 +45,8 @@ namespace {
 
 using Eigen::Index;
 
-/// Numbers as columns: a list, a numeric matrix; a single row is taken as a
-/// column. The one place where data enter.
+/// Numbers as columns, from a list or a numeric matrix; a single row is taken as a column. All
+/// data enter here.
 Mat columns(lua_State* L, int index, const std::string& what) {
   Mat m = to_numeric_matrix(L, index, what);
   if (m.rows() == 1 && m.cols() > 1) m.transposeInPlace();
@@ -105,7 +105,7 @@ class SeriesReader {
     lua_pop(L_, 1);
     return false;
   }
-  /// colour, width, dash, marker, breaks and marked rows: the same for all curves of the series.
+  /// Reads colour, width, dash, marker, breaks and marked rows, common to all curves of the series.
   void read_look() {
     if (field("colour")) look_.colour = plot::colour_named(words(L_, lua_gettop(L_), "colour"));
     if (field("dash")) look_.dash = plot::dash_named(words(L_, lua_gettop(L_), "dash"));
@@ -159,7 +159,7 @@ class SeriesReader {
   int table_;
   plot::Figure& figure_;
   plot::Style style_ = plot::Style::line;
-  plot::Series look_;  ///< what all curves of the series have in common
+  plot::Series look_;  ///< properties common to all curves of the series
   std::array<double, 2> cell_{0.9, 0.9};
   std::vector<std::string> labels_;
   size_t added_ = 0;

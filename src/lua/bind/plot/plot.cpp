@@ -1,5 +1,5 @@
-// The `plot` module: figures from tables of columns. The friendly functions (plot, plot3, semilogy, …) are in
-// stdlib/plot.lua; they all end in figure{…} here.
+// The `plot` module: figures from tables of columns. The functions for users (plot, plot3, semilogy, …) are
+// in stdlib/plot.lua; all of them call figure{…}.
 #include <array>
 #include <cstdio>
 
@@ -21,7 +21,7 @@ namespace {
 
 using Eigen::Index;
 
-/// The function of stdlib/plot.lua that the user called: errors carry its name, not that of figure.
+/// The function of stdlib/plot.lua that the user called; errors carry its name instead of figure.
 std::string called_as(lua_State* L) {
   if (!lua_istable(L, 1)) return "";
   lua_pushliteral(L, "by");
@@ -151,7 +151,7 @@ int drawing_text(Call& call) {
 }
 
 int save(Call& call) {
-  const auto& figure = figure_of(call);  // before the file: the first wrong argument is named
+  const auto& figure = figure_of(call);  // before the file, so that the first wrong argument is reported
   plot::save(figure, call.string(2, "file"));
   lua_settop(call.L, 1);
   return 1;
@@ -187,7 +187,7 @@ int svg(Call& call) {
   return push_texts(call.L, plot::svg_texts(figures));
 }
 
-/// The figures of a film: this one and those of the list at argument 2.
+/// The figures of an animation: this one and those of the list at argument 2.
 std::vector<plot::Figure> film(Call& call) {
   std::vector<plot::Figure> figures{figure_of(call)};
   read_figures(call, 2, figures);
@@ -212,7 +212,7 @@ int save_film(Call& call) {
   return 0;
 }
 
-/// The curves of another figure in this one, panel by panel.
+/// Adds the curves of another figure, panel by panel.
 void put_into(plot::Figure& f, const plot::Figure& other) {
   if (f.three_d || other.three_d) throw Error("curves of 3-D figures cannot be put together");
   if (f.below.size() != other.below.size())
@@ -243,7 +243,7 @@ int page(Call& call) {
   return call.push(std::make_shared<const plot::Figure>(std::move(f)));
 }
 
-/// The words of an expression as axes and legends show them.
+/// The text of an expression for axes and legends.
 int label_text(Call& call) { return call.push(words(call.L, 1, "label")); }
 
 int describe_figure(Call& call) { return call.push(plot::describe(figure_of(call))); }

@@ -62,7 +62,7 @@ int discrete(Call& call) {
 
 int empirical(Call& call) { return push(call, random::empirical(numbers(call, 1, "data"))); }
 
-// ── what they answer ──
+// ── methods ──
 
 const random::Distribution& self(Call& call) { return call.object<random::Distribution>(1, "distribution"); }
 
@@ -104,7 +104,7 @@ int sample(Call& call) {
 
 int distribution_text(Call& call) { return call.push(self(call).code()); }
 
-// ── several numbers that vary together ──
+// ── joint distributions ──
 
 const random::JointNormal& joint(Call& call) { return call.object<random::JointNormal>(1, "distribution"); }
 

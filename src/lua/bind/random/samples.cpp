@@ -1,4 +1,4 @@
-// quantile, histogram and others: what a list of numbers says. Reads arguments, calls src/random.
+// quantile, histogram and other statistics of a list of numbers. Reads arguments, calls src/random.
 #include "random/data.hpp"
 
 #include <algorithm>
@@ -18,7 +18,7 @@ std::vector<double> sample_of(Call& call, int i) {
   return sorted;
 }
 
-/// The same, for what divides their range.
+/// The sample, for functions that divide its range.
 std::vector<double> finite_sample_of(Call& call, int i) {
   std::vector<double> sorted = sample_of(call, i);
   if (!std::isfinite(sorted.front()) || !std::isfinite(sorted.back()))
@@ -95,7 +95,7 @@ int interval(Call& call) {
   return call.push(high) + 1;
 }
 
-/// D and p of a sample against a distribution.
+/// The statistics D and p of a sample against a distribution.
 int goodness(Call& call) {
   const std::vector<double> sorted = sample_of(call, 1);
   const auto d = distribution_at(call.L, 2);

@@ -16,14 +16,14 @@ using sysid::StateSpaceModel;
 
 namespace {
 
-/// θ and what belongs to it: a state-space model has none.
-/// Entries of a state-space model whose prediction errors were minimised, with their covariance.
+/// The covariance of the entries of a state-space model whose prediction errors were minimised; null
+/// for other models.
 const Mat* refined_covariance(Call& call) {
   const IdModel& m = idmodel_of(call);
   return m.state_space && m.state_space->covariance.size() > 0 ? &m.state_space->covariance : nullptr;
 }
 
-/// What is not determined has no deviation.
+/// Rejects dependent inputs: undetermined entries have no deviation.
 void require_independent_inputs(const IdModel& m) {
   if (m.state_space && !m.state_space->free_inputs.empty())
     throw Error(text("the inputs depend on each other, so that the entries of B have no covariance: ",
@@ -44,7 +44,7 @@ const StateSpaceModel& state_space(Call& call, const char* field) {
   return *m.state_space;
 }
 
-/// A value per output: the value itself when there is one, else a list.
+/// Pushes one value per output: the value itself for a single output, else a list.
 template <class Push>
 int each_output(Call& call, const Push& push) {
   const IdModel& m = idmodel_of(call);
@@ -182,7 +182,7 @@ int push_integers(lua_State* L, const std::vector<int>& v) {
   return 1;
 }
 
-/// { na =, nb =, nk = … } as the estimator takes them; a state-space model: { order = }.
+/// { na =, nb =, nk = … } as arguments of the estimator; { order = } for a state-space model.
 int orders(Call& call) {
   const IdModel& m = idmodel_of(call);
   lua_State* L = call.L;

@@ -71,7 +71,7 @@ void read_inputs_of(Call& call, const Options& o, GreyBoxRequest& r) {
   for (std::size_t i = 0; i < leaves.size(); ++i) r.inputs.emplace_back(leaves[i], static_cast<Index>(i));
 }
 
-/// A value for every parameter to begin with: guess, then the model's value, then the start's fix.
+/// The starting value of every parameter: guess, else the model's value, else the start's fix.
 void read_guess(Call& call, const Options& o, GreyBoxRequest& r) {
   std::vector<std::pair<Expr, double>> given;
   if (o.has("guess")) given = to_symbol_numbers(call.L, o.push("guess"), "guess", everything(*r.model));
@@ -101,7 +101,7 @@ void read_guess(Call& call, const Options& o, GreyBoxRequest& r) {
   }
 }
 
-/// bounds = { k = {0, 1} }; infinite where nothing is said.
+/// bounds = { k = {0, 1} }; infinite by default.
 void read_bounds(Call& call, const Options& o, GreyBoxRequest& r) {
   if (!o.has("bounds")) return;
   const double infinity = std::numeric_limits<double>::infinity();
@@ -158,7 +158,7 @@ int fit(Call& call) {
   r.rtol = o.number("rtol", 1e-8);
   r.atol = o.number("atol", r.rtol * 1e-2);
   if (!(r.rtol > 0) || !(r.atol > 0)) throw Error("rtol and atol must be positive");
-  // Steps end at the samples, where a held input jumps.
+  // steps end at the samples, where a held input jumps
   const bool stepped = r.hold && !r.inputs.empty() && !sysid::is_piecewise(*r.model);
   r.dt = o.number("dt", stepped ? r.data.Ts / 2 : 0);
   if (o.has("dt") && !(r.dt > 0)) throw Error(text("dt must be positive, got ", shortest(r.dt)));

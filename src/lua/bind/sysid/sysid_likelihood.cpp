@@ -1,4 +1,4 @@
-// Noise densities and the sets of parameters that uniform noise leaves. Reads arguments, calls src/sysid.
+// Noise densities, and parameter sets for uniform noise. Reads arguments, calls src/sysid.
 #include <cmath>
 
 #include "base/text.hpp"
@@ -14,7 +14,7 @@ using sysid::ParameterSet;
 
 namespace {
 
-/// The density of a Lua function of e.
+/// The density given by a Lua function of e.
 Density density_of(lua_State* L, int function) {
   Density f;
   f.kind = Density::Kind::user;
@@ -32,7 +32,7 @@ Density density_of(lua_State* L, int function) {
   return f;
 }
 
-/// What may be drawn from as noise: uniform on an interval.
+/// A distribution as noise density; only a uniform one is possible.
 std::shared_ptr<const Density> density_of(const random::Distribution& d) {
   if (d.kind() != random::Distribution::Kind::uniform)
     throw Error(
@@ -113,7 +113,7 @@ int density(Call& call) {
   return push(call, density_of(call.L, 1));
 }
 
-/// For sweep: what numbers can be drawn from.
+/// The distribution of a density, for sampling by sweep.
 int distribution(Call& call) {
   const Density& f = call.object<Density>(1, "density");
   if (!f.scale) throw Error("a density without scale cannot be drawn from; write gaussian(0.1)");
@@ -155,7 +155,7 @@ int vertices(Call& call) {
   return push_matrix(call.L, m);
 }
 
-/// A list of { low, high, low =, high = }, exact where the vertices are.
+/// A list of { low, high, low =, high = }, exact if the vertices are.
 int box(Call& call) {
   const ParameterSet& s = set_of(call);
   if (!s.feasible) bounded(call, "box");

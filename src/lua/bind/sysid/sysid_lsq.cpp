@@ -11,7 +11,7 @@ using Eigen::Index;
 struct LsqResult {
   sysid::WeightedLeastSquares fit;
   std::vector<std::string> names;
-  std::string noise;  ///< maximum likelihood: the density in words
+  std::string noise;  ///< for maximum likelihood: the density in words
   double log_likelihood = 0;
 };
 template <>
@@ -21,7 +21,8 @@ struct TypeName<LsqResult> {
 
 namespace {
 
-/// noise = a density: the set of uniform noise, or the maximum-likelihood estimate in place of least squares.
+/// noise = a density: the parameter set for uniform noise, or the maximum-likelihood estimate instead
+/// of least squares.
 int with_density(Call& call, LsqResult result, const Mat& A, const Vec& y, const sysid::Density& noise) {
   if (A.rows() != y.size())
     throw Error(text("A has ", counted(A.rows(), "row"), " but y has ", counted(y.size(), "entry")));
@@ -29,7 +30,7 @@ int with_density(Call& call, LsqResult result, const Mat& A, const Vec& y, const
   for (Index i = 1; i <= y.size(); ++i) r.sample.push_back(i);
   if (noise.kind == sysid::Density::Kind::uniform) return push_parameter_set(call, std::move(r), noise);
   result.fit = sysid::least_squares(A, y, {});
-  if (result.fit.rank == A.cols()) {  // otherwise the rank report comes first
+  if (result.fit.rank == A.cols()) {  // otherwise the rank is reported first
     const sysid::LikelihoodFit best = sysid::maximise(r, noise);
     result.fit.theta = best.theta;
     result.fit.covariance = best.covariance;
@@ -48,11 +49,11 @@ int lsq(Call& call) {
   const Options o = call.options(3);
   if (o.has("covariance") && o.has("weights"))
     throw Error("give covariance or weights, not both (weights = 1/variance)");
-  // A list of n numbers is a column, but beside a single observation it is that row.
+  // a list of n numbers is a column, but with a single observation it is a row
   const Mat rows = A.cols() == 1 && y.size() == 1 ? Mat(A.transpose()) : A;
   sysid::Weighting weighting;
   if (o.has("covariance")) weighting.covariance = to_data(L, o.push("covariance"), "covariance");
-  if (weighting.covariance.size() == 1 && y.size() > 1)  // one variance for all
+  if (weighting.covariance.size() == 1 && y.size() > 1)  // a common variance
     weighting.covariance = Mat(Mat::Constant(y.size(), 1, weighting.covariance(0, 0)));
   if (o.has("weights")) weighting.weights = to_data(L, o.push("weights"), "weights").reshaped();
   LsqResult result;

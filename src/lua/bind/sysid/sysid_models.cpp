@@ -27,7 +27,7 @@ std::vector<int> order_row(Call& call, const Options& o, const char* key, Index 
     else if (!(std::abs(v) < 1e6))
       throw Error(text(key, " = ", shortest(v), " is more than data can determine (at most 999999)"));
   std::vector<int> out;
-  // Rows are outputs; nb = {{1}, {1}} of one input is a matrix, too, whereas {1, 1} lists two inputs.
+  // Rows are outputs. nb = {{1}, {1}} for one input is a matrix as well, whereas {1, 1} lists two inputs.
   const bool per_output = m.cols() > 1 || one_per_output;
   if (per_output && m.rows() == outputs && outputs > 1) {
     for (const double v : m.row(output)) out.push_back(static_cast<int>(v));

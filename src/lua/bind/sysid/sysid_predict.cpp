@@ -1,4 +1,4 @@
-// What estimated models say about data: predictions, simulations, residuals, fits.
+// Estimated models applied to data: predictions, simulations, residuals, fits.
 #include <cmath>
 #include <limits>
 

@@ -125,7 +125,7 @@ int idpoly(Call& call) {
 
 const IdPoly& poly(Call& call) { return call.object<IdPoly>(1, "idpoly"); }
 
-/// The numeric model behind predict and simulate.
+/// The numeric model used by predict and simulate.
 sysid::PolyModel numeric(Call& call, const IdData& d) {
   const IdPoly& m = poly(call);
   if (!m.p.numeric()) {

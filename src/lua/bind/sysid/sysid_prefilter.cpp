@@ -61,7 +61,7 @@ int filter(Call& call) {
       sysid::filtered(d, sysid::butterworth(w[0], w[1], static_cast<int>(o.integer("order", 4)), d.Ts)));
 }
 
-/// One whole number for all signals, or one each.
+/// One whole number for all signals, or one per signal.
 std::vector<Index> delays(Call& call, const Options& o, const char* key, Index count) {
   std::vector<Index> out(static_cast<std::size_t>(count), 0);
   if (!o.has(key)) return out;

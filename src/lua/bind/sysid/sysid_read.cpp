@@ -13,7 +13,7 @@ using sysid::IdData;
 
 namespace {
 
-/// A list of numbers, nil holes reported; NaN stays NaN.
+/// A list of numbers; reports nil holes and keeps NaN.
 std::vector<double> numbers_of(lua_State* L, int list, const std::string& what) {
   std::vector<double> out;
   for (lua_Integer i = 1, n = list_size(L, list, what); i <= n; ++i) {

@@ -1,4 +1,4 @@
-// Least squares on any function, refinement of state-space models, forecasts. Reads
+// Least squares of arbitrary functions, refinement of state-space models, forecasts. Reads
 // arguments, calls src/sysid.
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,7 @@ using Eigen::Index;
 using sysid::IdData;
 using sysid::IdModel;
 
-/// A minimum of nlsq with the covariance of its parameters.
+/// A minimum found by nlsq, with the covariance of its parameters.
 struct FunctionFit {
   sysid::BoundedMinimum minimum;
   sysid::SearchCovariance estimate;

@@ -44,7 +44,7 @@ lti::System transfer(const IdModel& m, bool noise) {
   return lti::make_tf(std::move(list), static_cast<int>(p), static_cast<int>(inputs), Expr(m.outputs[0].Ts));
 }
 
-/// The same of models with states: a state-space model, or outputs that feed each other.
+/// The same for models with states: state-space models, and outputs that are coupled.
 lti::System states(const IdModel& m, bool noise) {
   const sysid::StateSpaceModel s = m.state_space ? *m.state_space : sysid::observer_form(m);
   const auto entries = [](const Mat& v) { return MatX(v.unaryExpr([](double x) { return Expr(x); })); };
@@ -77,7 +77,7 @@ lti::System as_system(Call& call) {
 int model_tf(Call& call) { return push_system(call, lti::to_tf(as_system(call))); }
 int model_ss(Call& call) { return push_system(call, lti::to_ss(as_system(call))); }
 
-/// The one-step predictor with the estimates as numbers.
+/// The one-step predictor with the numerical estimates.
 int model_predictor(Call& call) {
   const IdModel& m = idmodel_of(call);
   if (m.state_space || m.outputs.size() != 1)

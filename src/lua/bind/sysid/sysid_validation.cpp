@@ -25,7 +25,7 @@ struct Comparison {
   std::vector<std::shared_ptr<const IdModel>> models;
   std::shared_ptr<const IdData> data;
 };
-/// One for each output.
+/// One validation per output.
 struct Validations {
   std::vector<std::shared_ptr<const Validation>> list;
 };
