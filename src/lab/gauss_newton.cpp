@@ -15,7 +15,7 @@ namespace {
 using Eigen::Index;
 constexpr double rank_threshold = 1e-9;  ///< of singular values of J with columns scaled to length 1
 constexpr double linear_in_the_end =
-    1e-6;  ///< a predicted rate above this shows as linear convergence in the end
+    1e-6;  ///< a larger predicted rate is visible as linear convergence at the end
 
 class Solver {
  public:
@@ -75,8 +75,8 @@ class Solver {
     qr.compute(J_ * scale_.cwiseInverse().asDiagonal());
     return static_cast<int>(qr.rank());
   }
-  /// Steps become small where unknowns have lost their influence, though ‖R‖ is larger than at the
-  /// start or the iterates are far away.
+  /// Has the iteration diverged? Steps become small where unknowns have lost their influence, but then ‖R‖
+  /// exceeds its value at the start, or the iterates are far away.
   bool has_run_away() const {
     constexpr double far = 1e6, larger = 1.001;
     if (!(R_.norm() > larger * run_.norm.front()) && !(x_.norm() > far * (1 + run_.x.front().norm())))
@@ -85,7 +85,7 @@ class Solver {
   }
   double noise() const { return 8 * eps * (J_.cwiseAbs() * x_.cwiseAbs()).norm(); }
 
-  /// The shortest solution of min ‖J Δx + R‖ in scaled unknowns.
+  /// The minimum-norm solution of min ‖J Δx + R‖ in scaled unknowns.
   Vec gauss_newton_step() const {
     const Mat scaled = J_ * scale_.cwiseInverse().asDiagonal();
     Eigen::CompleteOrthogonalDecomposition<Mat> qr;
@@ -111,7 +111,7 @@ class Solver {
       if (!(std::fabs(step[j]) <= settings_.tol * std::max(std::fabs(x_[j]), floor))) return false;
     return true;
   }
-  /// No direction of descent is left that rounding would not hide.
+  /// Is there no descent direction above rounding?
   bool stationary() const {
     const Vec g = J_.transpose() * R_;
     for (Index j = 0; j < g.size(); ++j)
@@ -123,7 +123,7 @@ class Solver {
     const Vec trial = x_ + alpha * step;
     f_.value(trial, trial_R_);
     const double before = R_.squaredNorm(), slope = 2 * alpha * (J_.transpose() * R_).dot(step);
-    // A decrease below rounding cannot be tested: such steps are taken as they are.
+    // a decrease below rounding cannot be tested; such steps are accepted
     const double allowed = std::fabs(slope) < 1e-10 * before ? 1e-10 * before : 1e-4 * slope;
     if (!always && !(trial_R_.squaredNorm() <= before + allowed && trial_R_.allFinite())) return false;
     x_ = trial;
@@ -171,7 +171,7 @@ class Solver {
     run_.exact_data = R_.norm() <= 100 * noise();
     if (m > run_.rank) run_.variance = R_.squaredNorm() / (m - run_.rank);
     if (run_.rank == f_.n() && m > f_.n()) {
-      // (JᵀJ)⁻¹ = D⁻¹ R⁻¹R⁻ᵀ D⁻¹ with J D⁻¹ = QR: the condition is not squared.
+      // (JᵀJ)⁻¹ = D⁻¹ R⁻¹R⁻ᵀ D⁻¹ with J D⁻¹ = QR, which avoids squaring the condition number
       const Vec shrink = J_.colwise().norm().cwiseInverse();
       const Mat QR = (J_ * shrink.asDiagonal()).eval().householderQr().matrixQR();
       const Mat inverse = shrink.asDiagonal() * QR.topRows(f_.n()).triangularView<Eigen::Upper>().solve(
@@ -191,7 +191,7 @@ class Solver {
     run_.undetermined =
         readable(length.cwiseInverse().asDiagonal() * svd.matrixV().rightCols(f_.n() - run_.rank));
   }
-  /// The same space by vectors with as many zeros as elimination gives, largest component 1.
+  /// A basis of the same space, by elimination, with many zeros and a largest component of 1.
   static Mat readable(Mat N) {
     std::vector<Index> pivots;
     for (Index k = 0; k < N.cols(); ++k) {
@@ -211,7 +211,7 @@ class Solver {
     }
     return N;
   }
-  /// Fewer residuals than unknowns: rows of zeros.
+  /// Adds zero rows if there are fewer residuals than unknowns.
   static Mat padded(const Mat& A) {
     Mat square = Mat::Zero(A.cols(), A.cols());
     square.topRows(A.rows()) = A;
@@ -247,7 +247,7 @@ Vec polished(const NumericFunction& f, Vec x) {
   return x;
 }
 
-/// Predicted and observed rate: what dropping S costs.
+/// Predicts and measures the rate: the cost of neglecting S.
 void analyse(const NumericFunction& f, GaussNewtonRun& run) {
   if (!run.converged() || run.rank < f.n() || run.iterations() == 0) return;
   const Mat JtJ = run.J.transpose() * run.J;
@@ -265,7 +265,7 @@ void analyse(const NumericFunction& f, GaussNewtonRun& run) {
       if (run.curvature > 0.01) root = polished(f, root);
     }
   }
-  // The gradient JᵀR is known to the rounding of its terms.
+  // the rounding error of the gradient JᵀR is that of its terms
   const Vec gradient_noise =
       8 * eps * (run.J.cwiseAbs().transpose() * (run.R.cwiseAbs() + run.J.cwiseAbs() * root.cwiseAbs()));
   double largest = 0;

@@ -1,4 +1,4 @@
-// A least-squares run in words and columns.
+// The text and table of a least-squares run.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -158,7 +158,7 @@ std::string undetermined_text(const std::vector<std::string>& names, const Mat& 
     }
     out += text("Not determined: R does not change, to first order, when ", direction_text(names, v), ". ");
     if (moving.size() == 2 && directions.cols() == 1) {
-      const double ratio = -v[moving[0]] / v[moving[1]];  // the combination a + ratio b stays
+      const double ratio = -v[moving[0]] / v[moving[1]];  // the combination a + ratio b is constant
       const std::string size = rounded(std::fabs(ratio), 4);
       out += text("Only the combination ", name(0), ratio < 0 ? " - " : " + ", size == "1" ? "" : size + " ",
                   name(1), " is. ");
@@ -175,7 +175,7 @@ std::string gauss_newton_text(const NumericFunction& R, const GaussNewtonSetting
 
 std::string gauss_newton_verdict(const NumericFunction& R, const GaussNewtonRun& run) {
   std::string out = ending_text(R, run);
-  if (run.ending == GaussNewtonEnding::diverged) return out;  // where it ended is no point to be described
+  if (run.ending == GaussNewtonEnding::diverged) return out;  // the end of a diverging run is not described
   const std::string free = undetermined_text(R.unknowns, run.undetermined);
   if (!free.empty()) out += (out.empty() ? "" : " ") + free;
   return out;

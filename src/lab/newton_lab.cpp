@@ -82,12 +82,13 @@ class Iteration {
   void record() {
     run_.x.push_back(x_);
     run_.norm.push_back(residual_.norm());
-    // |∂rᵢ/∂xⱼ xⱼ| is the size of the terms of rᵢ; a few roundings of them cannot be told from zero.
+    // |∂rᵢ/∂xⱼ xⱼ| is the size of the terms of rᵢ; values of a few roundings of them are
+    // indistinguishable from zero
     const double terms = M_.allFinite() ? (M_.cwiseAbs() * x_.cwiseAbs()).norm() : 0;
     run_.noise.push_back(8 * eps * terms);
     run_.blur.push_back(blur_);
   }
-  /// The residual is known to the rounding of its terms; the step M⁻¹r carries that into x.
+  /// The uncertainty of x: the rounding error of the residual, multiplied by M⁻¹.
   void find_blur() {
     blur_ = eps * x_.cwiseAbs();
     if (M_.rows() <= largest_inverse)
@@ -117,10 +118,9 @@ class Iteration {
     return false;
   }
 
-  /// The period of a cycle that the last iterates run through (the map x ↦ x₊ is the
-  /// same in every iteration).
+  /// The period of a cycle of the last iterates (the map x ↦ x₊ is the same in every iteration).
   int period() const {
-    const auto k = static_cast<int>(run_.x.size());  // x_ is iterate k, not recorded yet
+    const auto k = static_cast<int>(run_.x.size());  // x_ is iterate k, not yet recorded
     const double close = 1e-10 * (1 + x_.norm());
     if (settings_.line_search) return 0;
     for (int p = 2; p <= longest_cycle && 2 * p <= k + 1; ++p) {
@@ -142,10 +142,10 @@ class Iteration {
     }
     return end(ending);
   }
-  /// The Jacobian vanishes where the iterates have gone: that it is singular there is not the reason.
+  /// Do the iterates diverge? Then a singular Jacobian far away is not the cause.
   bool is_running_away() const {
     const std::size_t k = run_.x.size();
-    constexpr double far = 5, growing = 2;  // starts; of one step
+    constexpr double far = 5, growing = 2;  // relative to the start; relative to one step
     if (k < 2 || !(x_.norm() > far * (1 + run_.x.front().norm()))) return false;
     return x_.norm() > growing * run_.x[k - 2].norm();
   }
@@ -158,7 +158,7 @@ class Iteration {
     run_.ending = ending;
     if (ending == Ending::undefined) {
       run_.explanation = r_.undefined ? r_.undefined(x_) : "";
-      if (run_.x.empty() || !residual_.allFinite()) {  // the point without a residual is still an iterate
+      if (run_.x.empty() || !residual_.allFinite()) {  // a point without a residual is an iterate as well
         run_.x.push_back(x_);
         run_.norm.push_back(std::numeric_limits<double>::quiet_NaN());
         run_.noise.push_back(0);
@@ -211,7 +211,7 @@ Basins basins(const NumericFunction& r, const NewtonSettings& settings, const Ve
       if (it == found.end()) it = found.insert(found.end(), x);
       result.root(i, j) = static_cast<int>(it - found.begin()) + 1;
     }
-  // The order of the roots must not depend on where the grid begins.
+  // The order of the roots must not depend on the first point of the grid.
   std::vector<int> order(found.size()), place(found.size() + 1, 0);
   for (std::size_t k = 0; k < order.size(); ++k) order[k] = static_cast<int>(k);
   std::sort(order.begin(), order.end(), [&](int a, int b) {

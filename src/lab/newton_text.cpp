@@ -13,11 +13,11 @@ namespace pendula::lab {
 namespace {
 
 using Eigen::Index;
-constexpr int widest = 4;  ///< unknowns shown side by side
+constexpr int widest = 4;  ///< number of unknowns shown side by side
 constexpr int first_rows = 10, last_rows = 8;
 
-/// 15 significant digits of the largest value of a column, the same number of decimals in all of its rows;
-/// decimals that rounding does not determine are left blank.
+/// 15 significant digits of the largest value of a column, with the same number of decimals in all rows;
+/// decimals below the rounding error are left blank.
 std::vector<std::string> column_text(const NewtonRun& run, Index j) {
   double largest = 0;
   for (const Vec& v : run.x)

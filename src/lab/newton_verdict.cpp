@@ -1,4 +1,4 @@
-// What the iterates say: errors, observed order and rate, and the reason for them in words.
+// Analysis of the iterates: errors, observed order and rate, and an explanation in words.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -15,11 +15,11 @@ namespace {
 
 using Eigen::Index;
 constexpr double flat = 1e-3;            ///< scaled singular value below which a root may be singular
-constexpr double visibly_linear = 1e-3;  ///< a predicted rate above this is linear convergence one can see
+constexpr double visibly_linear = 1e-3;  ///< a larger predicted rate is visible as linear convergence
 
 double step(const NewtonRun& run, int k) { return (run.x[k + 1] - run.x[k]).norm(); }
 
-/// Of the last two steps; 0 where there are fewer.
+/// The ratio of the last two steps; 0 if there are fewer.
 double steps_ratio(const NewtonRun& run) {
   const int last = run.iterations();
   return last >= 2 ? step(run, last - 1) / step(run, last - 2) : 0;
@@ -30,7 +30,7 @@ bool no_root_near(const NewtonRun& run) {
   return last >= 3 && steps_ratio(run) > 0.9 && step(run, last - 1) > 1e-3 * (1 + run.x.back().norm());
 }
 
-/// ∂r/∂x, by differences where there is no Jacobian.
+/// ∂r/∂x, by differences if there is no Jacobian.
 Mat derivative(const NumericFunction& f, const Vec& x) {
   Mat J(f.outputs, f.n());
   if (f.jacobian) {
@@ -43,7 +43,7 @@ Mat derivative(const NumericFunction& f, const Vec& x) {
   return J;
 }
 
-/// What is said of a run that has been judged.
+/// The text on a run that has been analysed.
 class Words {
  public:
   Words(const NumericFunction& r, const NewtonSettings& settings, const NewtonRun& run)
@@ -222,7 +222,7 @@ class Words {
   const NewtonRun& run_;
 };
 
-/// Finds the solution behind the iterates, measures errors and rate against it, and says why.
+/// Finds the limit of the iterates, measures errors and rate relative to it, and explains them.
 class Judge {
  public:
   Judge(const NumericFunction& r, const NewtonSettings& settings, NewtonRun& run)
@@ -259,7 +259,7 @@ class Judge {
  private:
   int last() const { return run_.iterations(); }
 
-  /// x⋆ by exact full steps from the last iterate, until they no longer become shorter.
+  /// x⋆ by exact full steps from the last iterate, as long as they become shorter.
   void polish() {
     Vec r(r_.outputs);
     double previous = std::numeric_limits<double>::infinity();
@@ -274,7 +274,7 @@ class Judge {
     }
   }
 
-  /// x⋆ of a linearly convergent sequence: the rest of the geometric series (Aitken).
+  /// x⋆ of a linearly convergent sequence, by the remainder of the geometric series (Aitken).
   void extrapolate() {
     const double q = std::min(steps_ratio(run_), 0.99);
     const auto k = static_cast<std::size_t>(last());
@@ -299,7 +299,7 @@ class Judge {
   void measure(const Mat& J) {
     const bool linear = run_.singular_root || run_.predicted > visibly_linear;
     double noise = 4 * eps * root_.norm();
-    if (run_.singular_root)  // the extrapolated x⋆ is no better than the last iterates
+    if (run_.singular_root)  // the extrapolated x⋆ is not better than the last iterates
       noise = 5 * (run_.x.back() - root_).norm() / above_noise;
     else
       noise += (inverse_by_lu(J).cwiseAbs() * (8 * eps * (J.cwiseAbs() * root_.cwiseAbs()))).norm();

@@ -18,7 +18,7 @@ namespace {
 using Eigen::Index;
 using Values = std::unordered_map<Expr, double>;
 
-/// Leaves, the values of those that are not unknowns, and a place for all of them.
+/// Leaves, the values of those that are not unknowns, and storage for all values.
 struct Arguments {
   std::vector<Expr> leaves;
   std::vector<double> values;
@@ -187,7 +187,7 @@ Conditioning conditioning(const Mat& J, const Mat& scale) {
   result.combination = row.cwiseProduct(svd.matrixU().col(std::min(J.rows(), J.cols()) - 1));
   for (Vec* v : {&result.null_vector, &result.combination}) {
     const double most = v->cwiseAbs().maxCoeff();
-    Index at = 0;  // the first of the largest components becomes 1, whatever their rounding
+    Index at = 0;  // of components of equal size to within rounding, the first one becomes 1
     while (std::fabs((*v)[at]) < (1 - 1e-6) * most) ++at;
     *v /= (*v)[at];
   }

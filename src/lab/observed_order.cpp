@@ -5,8 +5,8 @@
 namespace pendula::lab {
 namespace {
 
-/// The slope of log e₊ over log e through the last pairs of errors in the phase of steady contraction: c in
-/// ‖e₊‖ = c ‖e‖^p depends on the direction of e, and more pairs average that out.
+/// The slope of log e₊ over log e for the last pairs of errors in the phase of steady contraction. In ‖e₊‖ =
+/// c ‖e‖^p, c depends on the direction of e; more pairs average that out.
 double fitted(const std::vector<double>& error, std::size_t end) {
   std::size_t begin = end;
   while (begin > 0 && end - begin < 4 && error[begin] < 0.9 * error[begin - 1]) --begin;
@@ -46,7 +46,7 @@ Observed observe(const std::vector<Vec>& x, const Vec& root, double noise, bool 
   if (end == 0) return o;
   o.order = fitted(o.error, end);
   if (o.order == 0 && linear && end >= 2 && o.error[end] < o.error[end - 1])
-    o.order = 1;  // too slow for the quotient of logarithms to mean anything
+    o.order = 1;  // too slow for a meaningful quotient of logarithms
   o.rate = o.ratio(end, linear ? 1 : 2);
   return o;
 }

@@ -15,8 +15,8 @@ namespace {
 
 constexpr long most_collocated = 100;
 
-/// aᵢⱼ = ∫₀^τᵢ ℓⱼ and bⱼ = ∫₀¹ ℓⱼ for Number = Surd (exact) or Real. The coefficients of ℓⱼ grow like
-/// 6^s and are cancelled again: Real needs 3 s bits more than the result is to have.
+/// aᵢⱼ = ∫₀^τᵢ ℓⱼ and bⱼ = ∫₀¹ ℓⱼ for Number = Surd (exact) or Real. The coefficients of ℓⱼ grow like 6^s and
+/// cancel again, so that Real needs 3 s additional bits.
 template <class Number, class Store>
 void collocation_integrals(const std::vector<Number>& node, const Number& zero, const Store& store) {
   const int s = static_cast<int>(node.size());
@@ -69,7 +69,7 @@ Scheme<Number> collocated(const std::vector<Number>& nodes, const Number& zero) 
   return scheme;
 }
 
-/// aᵢⱼ ← bⱼ(1 - aⱼᵢ/bᵢ): bᵢaᵢⱼ + bⱼaⱼᵢ = bᵢbⱼ with the old method, C(q) becomes D(q).
+/// aᵢⱼ ← bⱼ(1 - aⱼᵢ/bᵢ): with the old method bᵢaᵢⱼ + bⱼaⱼᵢ = bᵢbⱼ, and C(q) becomes D(q).
 template <class Number>
 Scheme<Number> transposed(Scheme<Number> old) {
   Scheme<Number> scheme = old;
@@ -82,8 +82,8 @@ Scheme<Number> transposed(Scheme<Number> old) {
   return scheme;
 }
 
-/// The rows of A with aᵢₖ prescribed and C(s-1) kept: C(s) may be lost by multiples
-/// of the divided difference.
+/// Rows of A with prescribed aᵢₖ that satisfy C(s-1): multiples of the divided difference are free since C(s)
+/// is not required.
 template <class Number>
 Scheme<Number> with_column(Scheme<Number> scheme, std::size_t k, const Number& entry) {
   const std::size_t s = scheme.c.size();
@@ -140,8 +140,8 @@ Scheme<Number> derived(const Scheme<Number>& base, Family family, const Number& 
   }
 }
 
-/// Where C(1) fails (IIIB and IIIE with two stages, Radau IA with one) the nodes are the row sums, so that
-/// problems with t and without are solved alike.
+/// If C(1) fails (IIIB and IIIE with two stages, Radau IA with one), the nodes are the row sums, so that
+/// problems with and without t are solved alike.
 template <class Number, class Small>
 void nodes_from_rows(Scheme<Number>& scheme, const Number& zero, const Small& negligible) {
   for (std::size_t i = 0; i < scheme.c.size(); ++i) {
@@ -237,8 +237,8 @@ struct Legendre {
   }
 };
 
-/// Newton on f/f′ given as a function of the Legendre polynomials at x, from a zero known to double
-/// precision: digits double. The zero on [0, 1].
+/// A zero on [0, 1]: Newton's method on f/f′, given as a function of the Legendre polynomials at x, from a
+/// zero in double precision. The digits double in each step.
 template <class Quotient>
 Real refine(int s, double start, mp_bitcnt_t bits, const Quotient& quotient) {
   Real x(start, bits);
@@ -266,7 +266,7 @@ TableauData named(const std::string& name, const char* note, const char* cite, i
 
 Surd surd(const char* entry) { return *exact_surd(parse_entry(entry)); }
 
-/// The method of the family with these nodes: exact ones if there are any, else `count` nodes to many digits.
+/// The method of the family with these nodes: exact ones if available, else `count` nodes to many digits.
 Tableau family_tableau(TableauData data, std::vector<Surd> exact, int count, Family family,
                        const std::function<RealVector(mp_bitcnt_t)>& nodes) {
   if (!exact.empty()) return exact_tableau(std::move(data), exact, family);
@@ -337,7 +337,7 @@ Tableau collocation(std::span<const Expr> nodes) {
   data.cite = "Hairer, Nørsett & Wanner, Solving ODEs I, 2nd ed., §II.7";
   if (exact.size() == values.size() && one_field(exact) && exact.size() <= 20)
     return exact_tableau(std::move(data), exact, Family::collocation);
-  // Whatever the nodes were rounded from, the method is the collocation at these nodes to all digits.
+  // however the nodes were rounded, the method is the collocation at these nodes to all digits
   return precise_tableau(std::move(data), values, Family::collocation, bits, std::ldexp(1.0, -128));
 }
 

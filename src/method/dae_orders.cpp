@@ -8,8 +8,8 @@
 
 namespace pendula::integrate {
 
-// Positive semidefinite by symmetric elimination with the largest pivot; exact up to
-// the coefficients' digits.
+// Decides positive semidefiniteness by symmetric elimination with the largest pivot; exact up to the digits
+// of the coefficients.
 bool is_algebraically_stable(const Tableau& rk) {
   const Coefficients& c = rk.coefficients();
   const int s = rk.stages();
@@ -61,7 +61,7 @@ DaeOrders dae_orders(const Tableau& rk, const Stability& stability) {
     orders.z2 = one ? q - 1 : q;
   } else {
     orders.x2 = one ? std::min(p, q) : std::min(p, q + 1);
-    if (!inside && q < 2 && rk.stages() > 1) orders.x2 = 0;  // z diverges and takes x along
+    if (!inside && q < 2 && rk.stages() > 1) orders.x2 = 0;  // z diverges, and so does x
     orders.z2 = inside ? q : minus_one ? q - 1 : std::max(0, q - 2);
   }
   if (rk.stages() == 1 && stiff) {  // implicit Euler is BDF 1: order 1 after two constant steps

@@ -20,7 +20,7 @@ mpq_class power(long base, int exponent) {  // 0⁰ = 1
   return result;
 }
 
-/// Σᵢ aᵢ(-i)^q - q Σᵢ bᵢ(-i)^(q-1): the defect in t^q about the new point.
+/// Σᵢ aᵢ(-i)^q - q Σᵢ bᵢ(-i)^(q-1): the defect for t^q at the new point.
 mpq_class moment(const Multistep::Fractions& a, const Multistep::Fractions& b, int q) {
   mpq_class sum = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -47,7 +47,7 @@ std::vector<Complex> zeros(std::vector<Complex> c) {
   return result;
 }
 
-/// ρ divided by ζ - 1, exactly: the parasitic zeros without the principal one.
+/// ρ divided exactly by ζ - 1, which leaves the parasitic zeros.
 Multistep::Fractions deflated(const Multistep::Fractions& alpha) {
   Multistep::Fractions quotient;
   mpq_class carry = 0;
@@ -106,7 +106,7 @@ mpq_class Multistep::error_constant() const {
 std::vector<Complex> Multistep::parasitic_roots() const { return zeros(doubles(deflated(alpha_))); }
 
 bool Multistep::is_zero_stable() const {
-  constexpr double rounding = 1e-7;  // a double zero on the circle is known to the root of ε
+  constexpr double rounding = 1e-7;  // a double zero on the circle is accurate to √ε
   const std::vector<Complex> roots = parasitic_roots();
   for (std::size_t i = 0; i < roots.size(); ++i) {
     if (std::abs(roots[i]) > 1 + rounding) return false;
@@ -142,15 +142,15 @@ bool Multistep::is_stable_at_infinity() const {
   return beta_[0] != 0 && (roots.empty() || std::abs(roots[0]) < 1);
 }
 
-// The sector's boundary touches the locus: the smallest angle to the negative axis of its points with Re z <
-// 0, found on a grid and refined by golden section.
+// The sector touches the boundary locus: finds the smallest angle to the negative axis of locus points with
+// Re z < 0, on a grid refined by golden section.
 double Multistep::alpha_degrees() const {
   constexpr int samples = 20000;
   constexpr double pi = std::numbers::pi;
   if (!is_zero_stable() || !is_stable_at_infinity() || !is_stable_at(-1e-3)) return 0;
   const auto angle = [&](double phi) {
     const Complex z = locus(phi);
-    // Near ζ = 1 the locus follows the imaginary axis to order p: what is left of it there is rounding.
+    // Near ζ = 1 the locus follows the imaginary axis to order p; deviations there are rounding errors.
     return z.real() < -1e-12 * (1 + std::abs(z)) ? std::atan2(std::fabs(z.imag()), -z.real()) : pi / 2;
   };
   double best = pi / 2, where = 0;
@@ -199,7 +199,7 @@ std::string Multistep::str() const {
 
 namespace {
 
-/// "1, -1 and 0.2 ± 0.4 i", the zeros of ρ; of many the largest modulus besides 1.
+/// "1, -1 and 0.2 ± 0.4 i", the zeros of ρ; if there are many, the largest modulus besides 1.
 std::string zeros_text(const std::vector<Complex>& parasitic) {
   constexpr std::size_t most = 4;
   if (parasitic.empty()) return "the only zero of ρ is 1\n";
@@ -209,7 +209,7 @@ std::string zeros_text(const std::vector<Complex>& parasitic) {
   std::vector<std::string> words{"1"};
   for (const Complex& z : parasitic) {
     const double size = std::max(1.0, std::abs(z));
-    if (z.imag() < -1e-9 * size) continue;  // its conjugate is named
+    if (z.imag() < -1e-9 * size) continue;  // its conjugate was listed
     const std::string re = rounded(std::fabs(z.real()) < 1e-12 ? 0 : z.real(), 6);
     words.push_back(std::fabs(z.imag()) <= 1e-9 * size ? re : text(re, " ± ", rounded(z.imag(), 6), " i"));
   }
@@ -256,8 +256,8 @@ std::string Multistep::report() const {
 
 namespace {
 
-/// Σⱼ₌₁ᵏ ∇ʲ/j, the coefficients of xₖ₊₁, xₖ, …: the derivative at the new point of the
-/// polynomial through k + 1 points.
+/// Σⱼ₌₁ᵏ ∇ʲ/j, the coefficients of xₖ₊₁, xₖ, …: the derivative of the polynomial through k + 1 points at
+/// the newest one.
 Multistep::Fractions backward_differences(int k) {
   Multistep::Fractions alpha(static_cast<std::size_t>(k) + 1, 0);
   for (int j = 1; j <= k; ++j) {
@@ -275,7 +275,7 @@ Multistep::Fractions backward_differences(int k) {
 }  // namespace
 
 Multistep bdf(long steps) {
-  constexpr long most = 30;  // the diagnosis of useless methods needs no more
+  constexpr long most = 30;  // enough for the diagnosis of useless methods
   if (steps < 1 || steps > most) {
     throw Error(text(steps, " steps: the number must be between 1 and 6"));
   }

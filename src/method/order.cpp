@@ -7,7 +7,7 @@
 namespace pendula::integrate {
 namespace {
 
-/// A sum whose rounding is judged by the sum of the absolute values of its terms.
+/// A sum that counts as zero if it is small relative to the sum of the absolute values of its terms.
 class Sum {
  public:
   explicit Sum(const Coefficients& rk) : value_(0, rk.bits), size_(0, rk.bits), unit_(rk.unit) {}
@@ -146,7 +146,8 @@ int continuous_order(const Coefficients& rk, const std::vector<RealVector>& colu
 SimplifyingAssumptions simplifying_assumptions(const Coefficients& rk, const RealVector& b) {
   const int s = rk.stages();
   const auto c = powers(rk, 2 * s);
-  return {largest(2 * s, [&](int q) { return quadrature(rk, b, c, q); }),  // 2s: the most a quadrature can do
+  // 2s is the maximum for a quadrature formula
+  return {largest(2 * s, [&](int q) { return quadrature(rk, b, c, q); }),
           largest(s, [&](int q) { return collocation(rk, c, q); }),
           largest(s, [&](int q) { return adjoint(rk, b, c, q); })};
 }

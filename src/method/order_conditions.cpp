@@ -72,7 +72,7 @@ std::vector<OrderCondition> order_conditions(const Tableau& rk, int order, bool 
   const Coefficients& c = rk.coefficients();
   const RealVector& b = embedded ? c.bhat : c.b;
   const auto trees = rooted_trees(order);
-  constexpr int exact_orders = 8;  // above, the fractions of long tableaus grow beyond what anyone reads
+  constexpr int exact_orders = 8;  // at higher orders the fractions of long tableaus are unreadable
   const auto exact = order <= exact_orders ? exact_coefficients(rk) : std::nullopt;
   std::optional<ExactWeights> weights;
   if (exact) weights.emplace(*exact);

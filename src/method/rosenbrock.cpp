@@ -64,7 +64,7 @@ Real inner(const RealVector& a, const RealVector& b) {
   return sum;
 }
 
-/// φ(τ) of all trees: below a vertex with one child β, with several α (Thm IV.7.4).
+/// φ(τ) of all trees: β after a vertex with one child, α after one with several (Thm IV.7.4).
 std::vector<RealVector> stage_weights(const RealMatrix& alpha, const RealMatrix& beta, int order) {
   const auto trees = rooted_trees(order);
   std::vector<RealVector> phi;
@@ -127,7 +127,8 @@ void Rosenbrock::transform() {
   dense_ = Mat(data_.dense.rows(), s);
   for (Eigen::Index i = 0; i < dense_.size(); ++i)
     dense_.data()[i] = rounded_coefficient(value(data_.dense.data()[i]));
-  // What 16-digit coefficients leave of an order condition after Γ was inverted: 2⁻⁵³ times a few hundred.
+  // The error of an order condition with 16-digit coefficients after inversion of Γ: 2⁻⁵³ times
+  // a few hundred.
   unit_ = error > 0 ? std::max(512 * error, 0x1p-100) : 0x1p-100;
 
   real_gamma_ = inverse_of_lower(inverse);
@@ -150,7 +151,7 @@ void Rosenbrock::transform() {
   b_ = rounded_vector(real_b_);
   alpha_ = rounded_vector(image(real_alpha_, ones));
   gammas_ = rounded_vector(image(real_gamma_, ones));
-  for (int i = 0; i < s; ++i) {  // a sum that is 0 or 1 up to the digits of its terms
+  for (int i = 0; i < s; ++i) {  // sums that are 0 or 1 up to the digits of their terms
     for (double exact : {0.0, 1.0})
       if (std::fabs(alpha_[i] - exact) < unit_) alpha_[i] = exact;
     if (std::fabs(gammas_[i]) < unit_) gammas_[i] = 0;
@@ -200,8 +201,9 @@ void Rosenbrock::decide_orders() {
         }));
   }
 
-  // Index 1 (§VI.4): a fat vertex with children stands for ω = β⁻¹. The y-condition of order 4 beyond the ODE
-  // ones, and the z-conditions of order 2 and 3; global order q needs y up to q and z up to q - 1.
+  // Index 1 (§VI.4): a fat vertex with children stands for ω = β⁻¹. Checks the y-condition of order 4 in
+  // addition to those of ODEs, and the z-conditions of order 2 and 3; global order q needs y up to q and z up
+  // to q - 1.
   const RealMatrix omega = inverse_of_lower(real_beta_);
   const RealVector ones(real_b_.size(), Real(1, bits)), a = image(real_alpha_, ones),
                                                         bw = times(real_b_, omega);
@@ -235,7 +237,7 @@ bool Rosenbrock::is_stiffly_accurate() const {
   return alpha_[last] == 1;
 }
 
-/// R(z) - R̂(z) = Σₖ zᵏ⁺¹ (b - b̂)ᵀ βᵏ 1 + … vanishes with the first s of these numbers.
+/// Do the first s of these numbers vanish? R(z) - R̂(z) = Σₖ zᵏ⁺¹ (b - b̂)ᵀ βᵏ 1 + … vanishes with them.
 bool Rosenbrock::error_sees_linear() const {
   const Vec difference = Gamma_.transpose() * *e_;
   Vec power = Vec::Ones(stages());

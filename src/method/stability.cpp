@@ -46,7 +46,8 @@ std::vector<Number> reversed_characteristic(int s, const Number& zero, const Num
   return result;
 }
 
-/// The simplest fraction within `tolerance` of the value if it is simple enough to be meant; else the value.
+/// The simplest fraction within `tolerance` of the value, if it is simple enough to be the intended one;
+/// else the value.
 Surd recognised(const Real& value, double tolerance, bool& exact) {
   if (abs(value) <= tolerance) return {};
   const mpq_class v(value);
@@ -122,8 +123,8 @@ std::vector<double> doubles(const Polynomial& p) {
   return result;
 }
 
-/// first_sign_change for coefficients that are rounded anyway and whose fractions would grow: brackets
-/// between the approximate zeros, signs to 256 bits.
+/// first_sign_change for rounded coefficients, whose fractions would grow: brackets between the approximate
+/// zeros, signs to 256 bits.
 std::optional<double> first_numeric_sign_change(const Polynomial& p) {
   std::size_t first = 0;
   while (first < p.size() && p[first].is_zero()) ++first;
@@ -212,7 +213,7 @@ Rational from_reals(const RealMatrix& A, const RealVector& b, mp_bitcnt_t bits, 
   Rational R;
   R.tolerance = tolerance;
   for (const Real& c : q) R.Q.push_back(recognised(c, tolerance, R.exact));
-  // The order is proved: these coefficients of P are not subject to rounding.
+  // the order is proved, so these coefficients of P are exact
   for (int k = 0; k <= s; ++k) {
     Surd proved = exponential_part(R.Q, k);
     if (!R.exact && std::fabs(proved.value()) <= tolerance) proved = Surd();
@@ -256,7 +257,7 @@ Stability::Stability(const Rosenbrock& method) {
 }
 
 namespace {
-constexpr int largest_reducible = 24;  ///< common factors come from methods that someone typed
+constexpr int largest_reducible = 24;  ///< only methods typed by users have common factors
 }
 
 void Stability::finish(int order) {
@@ -278,7 +279,7 @@ void Stability::finish(int order) {
     if (!(exact_ ? error_constant_.is_zero() : std::fabs(error_constant_.value()) <= tolerance_)) break;
   }
   Polynomial axis = minus(modulus_on_axis(Q_), modulus_on_axis(P_));
-  // |R(iy)| = 1 + O(y^(p+1)): what rounding leaves of the lower powers is nothing.
+  // |R(iy)| = 1 + O(y^(p+1)): lower powers are rounding errors
   for (std::size_t k = 0; !exact_ && 2 * static_cast<int>(k) <= order && k < axis.size(); ++k)
     axis[k] = Surd();
   trim(axis);
@@ -306,8 +307,8 @@ Complex Stability::operator()(Complex z) const {
   return p / q;
 }
 
-// A sector is stable up to the first boundary point it meets: the smallest |arg(-z)| of the zeros of P -
-// e^{iφ}Q in the left half-plane, on a grid of φ and refined by golden section.
+// The stable sector ends at the first boundary point: the smallest |arg(-z)| of the zeros of P - e^{iφ}Q in
+// the left half-plane, on a grid of φ refined by golden section.
 double Stability::sector() const {
   if (degree(P_) > degree(Q_) || std::fabs(at_infinity()) > 1 || std::isfinite(real_)) return 0;
   constexpr int samples = 4000;
@@ -368,7 +369,7 @@ std::vector<Complex> Stability::boundary(int angles) const {
   for (Complex z : roots_at(0)) arcs.push_back({z});
   for (int i = 1; i <= angles; ++i) {
     std::vector<Complex> roots = roots_at(i);
-    for (auto& arc : arcs) {  // each arc continues to the nearest zero that is left
+    for (auto& arc : arcs) {  // continue each arc to the nearest remaining zero
       const auto nearest = std::min_element(roots.begin(), roots.end(), [&](Complex a, Complex b) {
         return std::abs(a - arc.back()) < std::abs(b - arc.back());
       });
@@ -377,7 +378,7 @@ std::vector<Complex> Stability::boundary(int angles) const {
       roots.erase(nearest);
     }
   }
-  // An arc ends where another begins: together they are closed curves.
+  // an arc ends where another begins, so that together they form closed curves
   std::vector<Complex> points;
   std::vector<bool> used(arcs.size(), false);
   for (std::size_t first = 0; first < arcs.size(); ++first) {

@@ -7,7 +7,7 @@
 
 namespace pendula::integrate {
 
-/// |x₁ - g| / |z (x₁ - 1)| for x′ = z x from 1, g: a stage at the end of the step.
+/// |x₁ - g| / |z (x₁ - 1)| for x′ = z x, x(0) = 1, where g is a stage at the end of the step.
 static double share_of_slope(const Tableau& rk, int g, std::complex<double> z) {
   const Mat& A = rk.A();
   std::vector<std::complex<double>> Y, K;
@@ -22,7 +22,7 @@ static double share_of_slope(const Tableau& rk, int g, std::complex<double> z) {
   return std::abs(end - Y[g]) / std::abs(z * (end - 1.0));
 }
 
-/// By marching and bisection on the stages of x′ = λx.
+/// The stability limit on the negative axis, by marching and bisection on the stages of x′ = λx.
 static double negative_limit(const Tableau& rk) {
   const Mat& A = rk.A();
   const auto R = [&](double z) {
@@ -51,8 +51,8 @@ StepRules::StepRules(const Tableau& rk) : stability_limit(negative_limit(rk)), f
   settled_fastest = rk.bhat2() ? 3 : fastest;
   for (int i = rk.stages() - 1 - (fsal ? 1 : 0); i > 0 && stiff_stage < 0; --i)
     if (rk.c()[i] == 1) stiff_stage = i;
-  // Half an oscillation in a step is as much as any method resolves; solutions that are not linear reach up
-  // to six times its share (van der Pol's equation at rtol = 10⁻³).
+  // No method resolves more than half an oscillation per step; solutions of nonlinear equations reach up to
+  // six times that ratio (van der Pol's equation at rtol = 10⁻³).
   constexpr double half_an_oscillation = 3, usual = 7;
   if (stiff_stage >= 0) resolution = usual * share_of_slope(rk, stiff_stage, {0, half_an_oscillation});
 }

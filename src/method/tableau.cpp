@@ -16,7 +16,7 @@ namespace {
 
 constexpr int most_stages = 256;
 
-/// 4/3 where the sum is an exact fraction, else a double.
+/// The sum as an exact fraction, such as 4/3, or as a double.
 std::string sum_text(std::span<const Expr> terms, const Real& value) {
   Expr sum;
   for (Expr term : terms) sum += term;
@@ -36,7 +36,7 @@ Real row_sum(const Coefficients& rk, int i) {
   return sum;
 }
 
-/// A tolerance that knows about cancellation: unit × the largest sum of absolute values.
+/// A tolerance that accounts for cancellation: unit × the largest sum of absolute values.
 Real slack(const Coefficients& rk, const RealVector& terms) {
   Real size(1, rk.bits);
   for (const Real& term : terms) size += abs(term);
@@ -167,8 +167,8 @@ void Tableau::check_claims() {
 
 int Tableau::embedded_order() const { return algebraic_order(coefficients_, coefficients_.bhat); }
 
-// The interpolant's stages are those of a larger explicit-tailed tableau; its order
-// is decided like any other.
+// The stages of the interpolant extend the tableau by explicit stages; its order is determined like that
+// of any tableau.
 void Tableau::check_dense() {
   if (!data_.dense) return derive_dense();
   const DenseData& dense = *data_.dense;
@@ -218,7 +218,7 @@ void Tableau::check_dense() {
 
 /// bᵢ(θ) = ∫₀^θ ℓᵢ: the collocation polynomial itself, of order s between the mesh points.
 void Tableau::derive_dense() {
-  constexpr int most = 20;  // in powers of θ the coefficients of more nodes cancel in doubles
+  constexpr int most = 20;  // with more nodes the coefficients in powers of θ cancel in doubles
   const int s = stages();
   if (s > most || !is_collocation()) return;
   const Coefficients& rk = coefficients_;
@@ -314,7 +314,7 @@ double Tableau::stability_at_infinity() const {
     std::pair<int, Real> last{0, Real(1, rk.bits)};
     for (int k = 1; k <= s; ++k) {
       RealMatrix product(s, rk.bits);
-      Real trace(0, rk.bits), size(0, rk.bits);  // |M||power|: what a rounded trace is compared with
+      Real trace(0, rk.bits), size(0, rk.bits);  // |M||power|: the scale for a rounded trace
       for (int i = 0; i < s; ++i)
         for (int j = 0; j < s; ++j)
           for (int l = 0; l < s; ++l) {
@@ -380,7 +380,8 @@ const std::vector<std::string>& Tableau::properties() {
 
 namespace {
 
-/// "L stable", "l-stable" and "symplektic": letters only, small, so that hyphens and capitals do not matter.
+/// Letters only, in lower case, so that hyphens and capitals do not matter: "L
+/// stable", "l-stable", "symplektic".
 std::string plain(const std::string& words) {
   std::string result;
   for (char c : words)

@@ -135,7 +135,7 @@ class EntryParser {
   int depth_ = 0;
 };
 
-/// "1/4", "-", "√3/6" are one entry, as it is printed: a sign alone is none.
+/// Joins words at signs: a sign alone is no entry, and "1/4", "-", "√3/6" are one entry, as printed.
 std::vector<std::string> joined_at_signs(const std::vector<std::string>& words) {
   std::vector<std::string> result;
   bool goes_on = false;
@@ -179,12 +179,13 @@ std::vector<Line> split_lines(const std::string& drawing) {
     for (std::size_t at; (at = content.find("│")) != std::string::npos;) content.replace(at, 3, "|");
     if (content.find_first_of("0123456789") == std::string::npos &&
         content.find_first_of("|(") == std::string::npos) {
-      continue;  // blank, or a rule of dashes
+      continue;  // a blank or dashed line
     }
     if (content.find_first_not_of(" \t\r-+|=") == std::string::npos) continue;
     const std::size_t bar = content.find('|');
     const bool title = bar == std::string::npos && content.find(':') != std::string::npos;
-    if (title && lines.empty()) continue;  // "rk4: 4 stages, order 4, explicit", as a tableau is printed
+    // the title of a printed tableau, "rk4: 4 stages, order 4, explicit"
+    if (title && lines.empty()) continue;
     if (bar == std::string::npos || content.find('|', bar + 1) != std::string::npos) {
       throw Error(text("line ", number, " needs one '|' between c and the row of A: '", content, "'"));
     }
@@ -239,7 +240,7 @@ std::string repeat(const std::string& piece, int count) {
   return result;
 }
 
-/// The fraction to be printed, unless it is a long decimal that stands for a rounded number.
+/// The fraction to be printed, unless it is a long decimal that represents a rounded number.
 std::optional<mpq_class> shown_fraction(Expr e) {
   const mpq_class* exact = exact_value(e);
   if (!exact || exact->get_den() > mpz_class("1000000000000")) return {};

@@ -8,7 +8,7 @@
 namespace pendula::integrate {
 namespace {
 
-/// The list so far; first[n - 1] … first[n] - 1 are the trees of order n.
+/// The trees so far; those of order n are first[n - 1] … first[n] - 1.
 struct Forest {
   std::vector<RootedTree> trees;
   std::vector<int> first = {0};
@@ -24,8 +24,8 @@ struct Forest {
     first.push_back(static_cast<int>(trees.size()));
   }
 
-  /// Hangs subtrees with `vertices` vertices in all below the root, each of number below `bound`; `repeated`:
-  /// how many of the last kind hang there already.
+  /// Attaches subtrees with `vertices` vertices in total to the root, each with a number below `bound`;
+  /// `repeated` counts those of the last kind.
   void hang(const RootedTree& root, int vertices, int bound, int repeated) {
     if (vertices == 0) {
       poll_interrupt();

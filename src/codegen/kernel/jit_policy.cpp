@@ -7,12 +7,12 @@
 namespace pendula::codegen {
 namespace {
 
-// Beyond this the code leaves the second-level cache and the tape is faster: docs/decisions/010.
+// larger code does not fit into the second-level cache, and the tape is faster: docs/decisions/010
 constexpr std::size_t largest = 100'000;
 
-// A large model that repeats itself: the loops of the tape are faster than code without loops, unless that
-// does four operations at once (measured: 1.3 and 0.24 µs for 500 points of Burgers' equation). Code for it
-// costs 0.3 µs per instruction and saves 0.23 ns of an evaluation.
+// A large model with repeated structure: the loops of the tape are faster than code without loops, unless
+// that performs four operations at once (measured: 1.3 and 0.24 µs for 500 points of Burgers' equation). Its
+// code costs 0.3 µs per instruction and saves 0.23 ns per evaluation.
 constexpr std::size_t large_regular = 2'000;
 constexpr double mostly_regular = 0.8, wide_enough = 0.5;
 constexpr long regular_break_even = 1'400;
@@ -32,7 +32,7 @@ TieredCode::TieredCode(Program program, double regular, std::size_t tape_room)
       room_(tape_room) {
   const std::size_t n = program.instructions.size();
   left_ = break_even(n, is_regular_);
-  if (left_ <= 0) return;  // code is never made
+  if (left_ <= 0) return;  // code is never generated
   room_ = std::max(room_, 128 + n / 4);
   program_ = std::move(program);
 }

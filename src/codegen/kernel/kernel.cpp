@@ -1,4 +1,4 @@
-// Kernels: what is compiled once is remembered by the expressions it computes.
+// Kernels: compiled code is cached by the expressions that it computes.
 #include "codegen/kernel/kernel.hpp"
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace pendula::codegen {
 
 namespace {
 
-/// One program.
+/// A program as a tape and as machine code.
 struct Tiers {
   Tape tape;
   TieredCode code;
@@ -71,13 +71,13 @@ struct Kernel::Code {
 
   std::vector<Expr> outputs_, inputs_;
   Divisions divisions_;
-  bool is_checked_ = false;                 ///< one more result says whether the others may be used
-  std::unique_ptr<Tiers> first_, pivoted_;  ///< the second is made when it is needed
+  bool is_checked_ = false;                 ///< an additional result tells whether the others are valid
+  std::unique_ptr<Tiers> first_, pivoted_;  ///< the second is created on demand
   std::once_flag once_;
 };
 
 Kernel::Kernel(std::span<const Expr> outputs, std::span<const Expr> inputs, Divisions divisions) {
-  // Nodes are never changed: equal ids mean the same function.
+  // nodes are immutable: equal ids denote the same function
   static ProgramCache<Code> memory;
   static std::mutex mutex;
   Key key;

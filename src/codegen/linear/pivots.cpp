@@ -9,8 +9,8 @@
 namespace pendula::codegen {
 namespace {
 
-/// The numbers are kept in a square; what is looked at are lists of the entries, so that the cost is that of
-/// the fill. Of every column the best pivot is remembered until something in its rows changes.
+/// The numbers are stored in a square array, but lists of the entries are searched, so that the cost is that
+/// of the fill. The best pivot of every column is cached until an entry in its rows changes.
 class Markowitz {
  public:
   Markowitz(int n, std::vector<std::complex<double>> A, std::vector<char> entry, double threshold)
@@ -54,7 +54,7 @@ class Markowitz {
     int row = -1, column = -1;
     long cost = std::numeric_limits<long>::max();
     double size = 0;
-    /// Fewer updates, then larger, then the first.
+    /// Prefers fewer updates, then a larger pivot, then the first.
     bool operator<(const Candidate& other) const {
       return cost != other.cost   ? cost < other.cost
              : size != other.size ? size > other.size
@@ -73,7 +73,7 @@ class Markowitz {
   }
   double scaled(int i, int j) { return std::abs(a(i, j)) * scale_[at(i)]; }
 
-  /// Without a row: the column is zero to rounding.
+  /// The best pivot of a column; without a row if the column is zero to within rounding.
   Candidate best_of(int j) {
     double largest = 0;
     for (int i : columns_[at(j)])
@@ -150,7 +150,7 @@ class Markowitz {
   std::vector<std::complex<double>> a_;
   std::vector<char> entry_, row_done_, column_done_, stale_;
   double threshold_;
-  std::vector<std::vector<int>> rows_, columns_;  ///< positions of the entries, those of finished rows too
+  std::vector<std::vector<int>> rows_, columns_;  ///< positions of all entries, finished rows included
   std::vector<int> row_count_, column_count_;     ///< without finished columns; without finished rows
   std::vector<Candidate> best_;                   ///< by column
   std::vector<double> scale_;

@@ -13,12 +13,12 @@
 namespace pendula::codegen {
 namespace {
 
-/// A number of the elimination: one value of the program, or two.
+/// A number of the elimination, real or complex: one or two values of the program.
 struct Number {
   Slot re = 0, im = 0;
 };
 
-/// Writes real operations for real or complex numbers; what is zero for all matrices costs nothing.
+/// Emits real operations for real or complex numbers; structural zeros cost nothing.
 class Arithmetic {
  public:
   Arithmetic(Writer& writer, bool complex) : w_(writer), complex_(complex), zero_(writer.constant(0)) {}
@@ -29,7 +29,7 @@ class Arithmetic {
     const Slot re = difference(product(a.re, b.re), product(a.im, b.im));
     return {re, sum(product(a.re, b.im), product(a.im, b.re))};
   }
-  /// c - a b, product by product: each may be one operation with its difference.
+  /// c - a b, one product at a time, so that each may become a fused multiply-subtract.
   Number minus(Number c, Number a, Number b) {
     const Slot re = difference(c.re, product(a.re, b.re));
     if (!complex_) return {re, zero_};
@@ -68,19 +68,20 @@ class Arithmetic {
 
 using Row = std::map<int, Number>;
 
-/// A = L D U: of every row the multipliers in L; its part of U, and the reciprocal of its pivot. The pivot is
-/// divided out of U: a solution then waits for one operation per unknown, not for two.
+/// A = L D U: for every row its multipliers in L, its part of U, and the reciprocal of its pivot. U is
+/// divided by the pivots, so that in a solution each unknown depends on one operation instead of two.
 struct Factors {
   std::vector<Number> multipliers, upper;
   std::vector<Slot> row_size;  ///< of A, in the order of the pivots: its largest entry
-  Slot growth = 0;             ///< ≤ 1 if the factors can be used; not finite where they are not
+  Slot growth = 0;             ///< ≤ 1 if the factors are accurate; not finite if they are not
 };
 
-/// The largest multiplier a plan puts up with, rows scaled to largest entries of 1: four digits may be lost.
+/// the largest multiplier accepted, for rows scaled to largest entries of 1; loses up to four digits
 constexpr double largest_multiplier = 1e4;
 
-/// The sizes are those of the matrix at hand, not of the one that the pivots were chosen on: a row of γ/h
-/// changes its size by ten orders of magnitude in a run, and plans serve other models of the same pattern.
+/// The growth relative to the matrix being factorised instead of the one for which the pivots were chosen:
+/// a row of γ/h changes its size by ten orders of magnitude in a run, and plans are shared by models of
+/// the same pattern.
 Slot write_growth(Writer& writer, Arithmetic& w, const Elimination& order, const Factors& factors) {
   std::vector<Slot> shares;
   std::size_t next = 0;
@@ -98,7 +99,7 @@ Slot write_growth(Writer& writer, Arithmetic& w, const Elimination& order, const
   return writer.sum(shares);
 }
 
-/// Row after row (the order "ikj"), so that the row at work stays in registers.
+/// Row by row (order "ikj"), so that the current row stays in registers.
 Factors write_factors(Writer& writer, Arithmetic& w, const Elimination& order,
                       const std::vector<StraightLU::Position>& positions, std::span<const Slot> values) {
   const std::size_t size = order.row.size();
@@ -152,8 +153,8 @@ std::vector<Slot> all_inputs(const Writer& w, std::size_t count) {
   return inputs;
 }
 
-/// Results: the growth, the sizes of the rows, the multipliers of every row, then its upper part
-/// and the reciprocal of its pivot.
+/// Outputs: the growth, the sizes of the rows, then for every row its multipliers, its upper part and the
+/// reciprocal of its pivot.
 Program factor_program(const Elimination& order, const std::vector<StraightLU::Position>& positions,
                        bool complex) {
   Writer writer(positions.size() * (complex ? 2 : 1));
@@ -202,7 +203,7 @@ Program solve_program(const Elimination& order, bool complex, std::size_t multip
                                       all.subspan(factors * width)));
 }
 
-/// What a plan depends on beside numbers: the size and the positions.
+/// The key of a plan, apart from numbers: the size and the positions.
 Key key_of(int n, const std::vector<StraightLU::Position>& positions, bool complex) {
   Key key{static_cast<std::uint32_t>(n), complex};
   for (const auto& p : positions) {
@@ -237,7 +238,7 @@ std::vector<StraightLU> StraightLU::remembered(int n, const std::vector<Position
   return *list;
 }
 
-/// Puts a plan before the others of its pattern.
+/// Inserts a plan before the others of its pattern.
 void StraightLU::remember(const StraightLU& plan) {
   const Key key = key_of(plan.n_, plan.code_->positions, plan.width_ == 2);
   std::vector<StraightLU> list{plan};

@@ -36,7 +36,7 @@ void Emitter::emit_all() {
   a_.mov(x86::rbx, x86::rdi);
   a_.mov(x86::r12, x86::rsi);
   a_.mov(x86::r13, x86::rdx);
-  if (wide_values_) {  // wide slots lie in one line of the cache each
+  if (wide_values_) {  // aligns wide slots to cache lines
     a_.add(x86::r13, 8 * Instruction::width - 1);
     a_.and_(x86::r13, -8 * Instruction::width);
   }
@@ -138,7 +138,7 @@ void Emitter::embed_constants() {
   for (double x : p_.constants) pool(bits(x), isa_.lanes);
 }
 
-/// The result is in register r: it goes to its outputs, and stays if it is used again.
+/// Handles a result in register r: stores it to its outputs and keeps it if it is used again.
 void Emitter::finish(Slot value, int r) {
   for (Slot k = outputs_of_[value]; k < outputs_of_[value + 1]; ++k) {
     const Home out{Home::Array::output, outputs_[k]};
@@ -164,7 +164,7 @@ void Emitter::call(const void* function) {
 }
 
 void Emitter::emit_call(Slot value, const Instruction& i) {
-  // Operands go through the scratch registers: the arguments may sit in each other's places.
+  // via the scratch registers: the arguments may be in each other's registers
   load(B_, i.operand[0]);
   if (i.operands() > 1) load(A_, i.operand[1]);
   consume(i);
@@ -176,7 +176,7 @@ void Emitter::emit_call(Slot value, const Instruction& i) {
   finish(value, 0);
 }
 
-/// Sine and cosine of one argument come from one call.
+/// Computes sine and cosine of one argument by one call.
 void Emitter::pair_functions() {
   std::unordered_map<Slot, Slot> first;  // by argument
   for (Slot k : order_) {
@@ -190,13 +190,13 @@ void Emitter::pair_functions() {
 }
 
 void Emitter::emit_pair(Slot value, Slot partner, const Instruction& i) {
-  if (partner == value) return consume(i);  // computed with the first
+  if (partner == value) return consume(i);  // computed together with the first
   load(B_, i.operand[0]);
   consume(i);
   leave_registers();
   a_.emit(now_->copy, reg(0), reg(B_));
   const Slot sin = i.op == Op::sin ? value : partner, cos = i.op == Op::sin ? partner : value;
-  if (i.wide) {  // components are found in memory
+  if (i.wide) {  // components are read from memory
     for (Slot v : {sin, cos}) r_.home(v) = {Home::Array::work, r_.new_wide_slot()};
     a_.lea(x86::rdi, at(r_.home(sin)));
     a_.lea(x86::rsi, at(r_.home(cos)));
@@ -235,7 +235,7 @@ void Emitter::emit_linear(Slot value, const Instruction& i) {
     a_.emit(isa_.load, reg(0), at(result));
     const Home home = result;
     finish(value, 0);
-    r_.home(value) = home;  // the components are found from here
+    r_.home(value) = home;  // the components are read from here
   }
 }
 

@@ -20,7 +20,8 @@ static_assert(
     direct_operations == 15,
     "a row of ops.def is marked `direct`: emit_arithmetic or emit_logic must know its instructions");
 
-/// Operations that are one machine instruction; the other direct ones are made of comparisons and masks.
+/// Operations with a machine instruction of their own; the other direct ones consist of
+/// comparisons and masks.
 bool is_arithmetic(Op op) {
   switch (op) {
     case Op::neg:
@@ -116,7 +117,7 @@ int Emitter::emit_arithmetic(const Instruction& i) {
   if (ob.isReg()) pinned |= 1U << ob.as<x86::Vec>().id();
   const x86::Inst::Id op = binary_instruction(*now_, i.op);
   consume(i);
-  // With two operands, the first register becomes the result if its value is not needed any more.
+  // for two-operand instructions the first register becomes the result if its value is no longer needed
   int d = !now_->vex && r_.in(ra) == Registers::never ? ra : take(pinned);
   if (!now_->vex && d != ra && ob.isReg() && static_cast<int>(ob.as<x86::Vec>().id()) == d) {
     a_.emit(now_->copy, reg(B_), reg(d));  // the result would overwrite the second operand
@@ -127,7 +128,7 @@ int Emitter::emit_arithmetic(const Instruction& i) {
   return d;
 }
 
-/// ifelse where there is an instruction for it.
+/// ifelse by a blend instruction, if available.
 int Emitter::emit_choice(const Instruction& i, int ra, int rb, int rc) {
   constexpr unsigned neq = 4;
   if (now_->lanes == 8) {
@@ -187,7 +188,7 @@ int Emitter::emit_logic(const Instruction& i) {
   return d;
 }
 
-/// The instructions overwrite an operand: c if it is not needed any more, else a or b, else a copy of c.
+/// Fused instructions overwrite an operand: c if it is no longer needed, else a or b, else a copy of c.
 int Emitter::emit_fused(const Instruction& i) {
   const auto& kind = now_->fused[i.op == Op::add ? 0 : i.op == Op::sub ? 1 : 2];
   unsigned pinned = 0;
@@ -230,7 +231,7 @@ void Emitter::insert_pair(int r, Slot low, Slot high) {
     a_.emit(x86::Inst::kIdVmovhpd, to, first, at(r_.home(high), isa_));
 }
 
-/// Four numbers side by side: one broadcast, a load where they lie in a row, else one after the other.
+/// Gathers four numbers: by a broadcast, by a load if they are adjacent, else one at a time.
 int Emitter::emit_gather(const Instruction& i) {
   const Slot* e = p_.extra.data() + i.first_extra;
   const auto all = [e](auto holds) {

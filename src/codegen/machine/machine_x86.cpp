@@ -16,11 +16,11 @@ using namespace asmjit;
 
 JitRuntime& runtime() {
   static JitRuntime& runtime =
-      *new JitRuntime;  // for ever: caches that end with the process give their code back
+      *new JitRuntime;  // never destroyed, since caches return their code at the end of the process
   return runtime;
 }
 
-/// Tried once, with a function that only returns.
+/// Tested once, with a function that only returns.
 bool may_execute() {
   static const bool allowed = [] {
     CodeHolder code;

@@ -56,7 +56,7 @@ class Gathering {
     place_[v] = put(i);
   }
 
-  /// The calls that follow each other in the order, of those from a place on that are sines of known angles.
+  /// Consecutive calls in the order, from a position on, that are sines of known angles.
   std::vector<Slot> ready_sines(std::size_t at) const {
     std::vector<Slot> list;
     for (; at < order_.size() && is_call(p_.instructions[order_[at]]); ++at) {

@@ -21,7 +21,7 @@ bool is_product(Expr e) {
 bool is_sum(Op op) { return op == Op::add || op == Op::sub || op == Op::neg; }
 bool overflows(Op op) { return op == Op::exp || op == Op::sinh || op == Op::cosh; }
 
-/// The size of a number; of a parameter, whose value is not known here, 1.
+/// The size of a number; 1 for a parameter, whose value is unknown here.
 std::optional<double> size_of(Expr e) {
   if (e.is_constant()) return std::fabs(constant_value(e));
   const bool named =
@@ -29,13 +29,13 @@ std::optional<double> size_of(Expr e) {
   return named ? std::optional(1.0) : std::nullopt;
 }
 
-/// exp(u), or sinh(u) and cosh(u), which overflow together.
+/// The same function, or sinh(u) and cosh(u) with exp(u), which overflow together.
 bool is_same_growth(Expr a, Expr b) {
   return a == b || (a.op() != Op::exp && overflows(a.op()) && overflows(b.op()) && b.op() != Op::exp &&
                     a.operand(0) == b.operand(0));
 }
 
-/// exp(-u) of exp(u), held at a bound or not: 0 where the other is infinite.
+/// Is b = exp(-u) for a = exp(u), bounded or not? It is 0 where a is infinite.
 bool is_mirrored(Expr a, Expr b) {
   const Expr bare = a.op() == Op::ifelse ? a.operand(2) : a;
   return bare.op() == Op::exp && b.op() == Op::exp && bare.operand(0) == -b.operand(0);
@@ -63,24 +63,24 @@ struct Factors {
         if (e.op() != Op::neg) open.push_back({e.operand(1), e.op() == Op::mul ? n : -n});
       }
     }
-    if (!open.empty()) dividend.clear();  // too many to tell what overflows
+    if (!open.empty()) dividend.clear();  // too many factors to analyse
   }
 };
 
-/// exp(u), sinh(u) or cosh(u) that is to be held at a bound: the power of ten at which the divisor overflows,
-/// or, where the quotient has a limit other than 0, at which both are far from that.
+/// A function exp(u), sinh(u) or cosh(u) to be bounded. The bound is the power of ten at which the divisor
+/// overflows or, if the quotient has a nonzero limit, at which both are far from overflow.
 struct Growth {
   Expr function;
-  double dividend, divisor;  ///< its powers there
+  double dividend, divisor;  ///< its powers in both
   double decades() const {
     return std::floor(308 / std::max(divisor, 2 * (dividend == divisor ? dividend : 1)));
   }
   double bound() const { return std::pow(10.0, decades()); }
-  /// What numbers beside it, and one over them, may be: the bound is still 10¹⁷ times their quotient.
+  /// Limit for added numbers and their reciprocals: the bound is 10¹⁷ times as large as their quotient.
   double largest_number() const { return std::pow(10.0, std::floor((decades() - 17) / 2)); }
 };
 
-/// Is it this function, or a sum of multiples of it and of what is finite where it is not?
+/// Is an expression this function, or a sum of multiples of it and of terms that stay finite?
 class GrowsLike {
  public:
   explicit GrowsLike(const Growth& growth) : growth_(growth), largest_(growth.largest_number()) {}
@@ -121,7 +121,7 @@ class GrowsLike {
   bool found_ = false;
 };
 
-/// What makes the product ∞/∞, if its limit is known: of fᵖ/(r + c f)ᵖ, which is c⁻ᵖ, or 0.
+/// The function that makes the product ∞/∞, if its limit is known: fᵖ/(r + c f)ᵖ tends to c⁻ᵖ, or to 0.
 std::optional<Growth> overflowing(const Factors& factors) {
   constexpr double largest_power = 8;
   const auto with_powers = [&](const Growth& growth) {
@@ -143,7 +143,7 @@ std::optional<Growth> overflowing(const Factors& factors) {
   return std::nullopt;
 }
 
-/// The product with this growth held at its bound, in all factors that grow like it.
+/// A product in which all factors with this growth are bounded.
 class Bounded {
  public:
   explicit Bounded(const Growth& growth) : growth_(growth) {}
@@ -168,13 +168,13 @@ class Bounded {
   Expr held(Expr e) const {
     if (!is_same_growth(e, growth_.function)) return e;
     const Expr most = growth_.bound();
-    const Expr below = ifelse(lt(most, e), most, e);  // what is not a number stays so
+    const Expr below = ifelse(lt(most, e), most, e);  // NaN is preserved
     return e.op() == Op::sinh ? ifelse(lt(e, -most), -most, below) : below;
   }
   Growth growth_;
 };
 
-/// Products that are not factors of others.
+/// Products that are not factors of other products.
 std::vector<Expr> whole_products(const std::vector<Expr>& order, std::span<const Expr> outputs) {
   static NodeMap<char> whole;
   whole.clear();
@@ -192,7 +192,7 @@ std::vector<Expr> whole_products(const std::vector<Expr>& order, std::span<const
 
 std::vector<Expr> bounded_quotients(std::span<const Expr> outputs) {
   std::vector<Expr> result(outputs.begin(), outputs.end());
-  constexpr int deepest = 4;  // bounded products inside the exponents of others
+  constexpr int deepest = 4;  // bounded products nested in exponents of others
   for (int depth = 0; depth < deepest; ++depth) {
     const std::vector<Expr> order = topological(result);
     if (std::none_of(order.begin(), order.end(), [](Expr node) { return overflows(node.op()); })) break;

@@ -6,7 +6,7 @@
 namespace pendula::codegen {
 namespace {
 
-/// Divisions are slow: what divides several times, or is a constant, becomes a factor.
+/// Replaces divisions, which are slow, by multiplications if a divisor is constant or occurs several times.
 class Reciprocals {
  public:
   explicit Reciprocals(const Program& program) : p_(program) {
@@ -104,7 +104,7 @@ class Contraction {
   }
 
  private:
-  /// A product that is used once, and not given up yet.
+  /// A product that is used once and has not been fused yet.
   const Instruction* product(Slot value) const {
     if (value < p_.first_instruction() || uses_[value] != 1) return nullptr;
     const Instruction& i = p_.of(value);

@@ -28,10 +28,11 @@ bool is_packable(const Instruction& i) {
   return i.part == Part::none && i.op != Op::solve && code_kind(i.op) == CodeKind::direct;
 }
 bool is_slow(const Instruction& i) { return i.part == Part::none && (i.op == Op::div || i.op == Op::sqrt); }
-/// Whether operands 0 and 1 may change places.
+/// Do operands 0 and 1 commute?
 bool commutes(const Instruction& i) { return i.part == Part::fused || i.op == Op::add || i.op == Op::mul; }
 
-/// Kind of operation and those of its operands, two levels deep: what equations of one shape have in common.
+/// Hashes of the kinds of an operation and its operands, two levels deep; equal for equations of
+/// the same shape.
 class Shapes {
  public:
   explicit Shapes(const Program& p) {
@@ -127,8 +128,8 @@ class Packing {
     }
     return true;
   }
-  /// Outputs of one shape, four by four; of two or three at the end of a row the
-  /// window goes back over others.
+  /// Groups of four outputs of one shape. If two or three are left at the end of a row, the last group
+  /// overlaps the one before.
   std::vector<Slot> find_windows() const {
     std::vector<Slot> list;
     std::vector<char> done(p_.results.size(), 0);
@@ -173,7 +174,7 @@ class Packing {
     return scalar_[v] = put(i);
   }
 
-  /// Long sums first: each term is then added when it is made.
+  /// Operands by decreasing depth, so that each term of a long sum is added when it is available.
   std::vector<int> deepest_first(const Instruction& i, int n) const {
     std::vector<int> order;
     for (int k = 0; k < n; ++k) order.push_back(k);
@@ -183,7 +184,7 @@ class Packing {
   }
 
   bool is_constant(Slot v) const { return v >= p_.inputs && is_leaf(v); }
-  /// Constants of the four are written side by side; their slots are known when the program ends.
+  /// Places the constants of the four lanes side by side; their slots are known at the end of the program.
   Tuple side_by_side(const Tuple& t) {
     Tuple row;
     for (Slot l = 0; l < width; ++l) {
@@ -221,7 +222,7 @@ class Packing {
     return put({.op = Op::add, .part = Part::gather, .wide = true, .first_extra = first});
   }
 
-  /// The four values as a wide one.
+  /// The four values packed into a wide one.
   Slot pack(const Tuple& t) {
     if (const auto known = packs_.find(t); known != packs_.end()) return known->second;
     const Slot made = is_operation(t) ? operation(t) : gather(t);
@@ -239,7 +240,7 @@ class Packing {
     if (!alike) return false;
     return is_quick(t) || !std::all_of(t.begin(), t.end(), [&](Slot v) { return is_known(v); });
   }
-  /// Squares of neighbours, which are loaded: computed again in less time than brought together.
+  /// Squares of adjacent inputs: recomputing them is faster than packing them.
   bool is_quick(const Tuple& t) const {
     const Instruction& first = p_.of(t[0]);
     if (is_slow(first)) return false;
@@ -270,8 +271,8 @@ class Packing {
     return wide;
   }
 
-  /// Operands of a lane in the order of those of the first lane: by their shape, else
-  /// by neighbours among the inputs.
+  /// Do the operands of a lane have to be exchanged to match the first lane, by their shape or by
+  /// adjacency of inputs?
   bool changes_places(const Instruction& first, const Instruction& i, Slot l) const {
     const Slot a = i.operand[0], b = i.operand[1], a0 = first.operand[0], b0 = first.operand[1];
     const auto same = [&](Slot v, Slot w) {
@@ -294,8 +295,8 @@ class Packing {
   std::unordered_map<Tuple, Slot, TupleHash> packs_;
 };
 
-/// Distances between outputs of one shape: 1; the number of unknowns that repeat, the most frequent one; 2
-/// and 3 for points in the plane and in space, whose coordinates have one shape.
+/// Candidate distances between outputs of one shape: 1; the most frequent period of the unknowns; 2 and 3 for
+/// points in the plane and in space, whose coordinates have one shape.
 std::vector<Slot> strides(const Program& p, const Shapes& shapes) {
   std::unordered_map<std::uint64_t, Slot> last;
   std::map<Slot, int> count;
@@ -314,8 +315,8 @@ std::vector<Slot> strides(const Program& p, const Shapes& shapes) {
 
 }  // namespace
 
-/// A wide root or division keeps the divider busy twice as long as one of one
-/// number, a gather takes a load or insertion for each.
+/// Estimated cycles. A wide root or division occupies the divider twice as long as a scalar one; a gather
+/// takes a load or insertion per lane.
 double cycles(const Program& p) {
   constexpr double slow = 4.5, wide_slow = 9, insertions = 5;
   double sum = 0;

@@ -18,14 +18,15 @@
 namespace pendula::codegen {
 namespace {
 
-/// 2n of powers xⁿ that become products and a square root, 0 of others: |n| ≤ 16 and 2n is an integer. No
-/// call into libm, and x² is rounded once.
+/// 2n of powers xⁿ that become products and a square root, 0 for others: |n| ≤ 16 and 2n is an integer. This
+/// avoids a call of libm, and x² is rounded once.
 long half_exponent(Expr node) {
   const mpq_class* n = node.op() == Op::pow ? exact_value(node.operand(1)) : nullptr;
   return n && n->get_den() <= 2 && abs(*n) <= 16 ? mpq_class(*n * 2).get_num().get_si() : 0;
 }
 
-/// The difference u of u², u⁻⁴, |u|, which is to the bit what it is of -u. Not cos u: sin u shares its work.
+/// The difference u in u², u⁻⁴, |u|, whose value is bitwise the same for -u. Not in cos u, which is computed
+/// together with sin u.
 std::optional<Expr> even_difference(Expr node) {
   const auto x = node.operands();
   const long twice = half_exponent(node);
@@ -95,9 +96,9 @@ class Lowering {
     return made ? emit({.op = op, .operand = {a, b, c}}) : known->second;
   }
 
-  /// Distances between bodies are written with xᵢ - xⱼ in the equation of one and with xⱼ - xᵢ
-  /// in that of the other: mirrored_ says which of the two every square is taken of, and what is
-  /// the same then is computed once.
+  /// Distances between bodies are written with xᵢ - xⱼ in the equation of one body and with xⱼ - xᵢ in
+  /// that of the other. mirrored_ selects one of them for all squares, so that common subexpressions
+  /// are computed once.
   void find_mirrored(const std::vector<Expr>& order) {
     std::map<std::pair<Slot, Slot>, Expr> first;
     for (Expr node : order) {
@@ -132,7 +133,7 @@ class Lowering {
     return entries;
   }
 
-  /// Of [M Cᵀ; C D]; none where pivots are better.
+  /// The symmetric factorisation of [M Cᵀ; C D]; null if pivoting is preferable.
   const SymmetricFactor* saddle_factor(const LinearSystem& s) {
     const auto [at, made] = saddles_.try_emplace(s.matrix);
     if (made) at->second = factor_saddle(s.size, s.leading, entries_of(s), put_);
@@ -157,7 +158,7 @@ class Lowering {
     return (solutions_[head] = solve_symmetric(factor->second, right_side(s), put_))[0];
   }
 
-  /// Is the matrix solved by its few diagonals, and in which order of the unknowns?
+  /// The order of unknowns for which the matrix has few diagonals, if there is one.
   const std::optional<BandOrder>* band_of(const LinearSystem& s) {
     const auto [at, made] = bands_.try_emplace(s.matrix);
     if (made) at->second = band_order(s.size, s.places);
@@ -213,7 +214,7 @@ class Lowering {
                  .first_extra = first});
   }
 
-  /// Row by row with zeros, as the first of all systems with this matrix saw it.
+  /// Stores the matrix row by row with zeros, when the first system with this matrix occurs.
   Slot begin_matrix(const LinearSystem& s) {
     const auto first = static_cast<Slot>(program.extra.size());
     const auto n = static_cast<std::size_t>(s.size);
@@ -270,15 +271,15 @@ class Lowering {
   const Emit put_ = [this](Op op, Slot a, Slot b) { return op == Op::constant ? one_ : emit(op, a, b); };
   NodeMap<Slot> values_;
   std::unordered_map<Expr, Expr> mirrored_;
-  std::map<std::array<Slot, 4>, Slot> emitted_;  // operation and operands; where differences are mirrored
+  std::map<std::array<Slot, 4>, Slot> emitted_;  // operation and operands, by mirrored differences
   std::unordered_map<Slot, Slot> roots_;
   std::unordered_map<std::uint32_t, Slot> factors_;  // by the number of the matrix
   std::unordered_map<std::uint32_t, SymmetricFactor> symmetric_;
   std::unordered_map<std::uint32_t, std::optional<SymmetricFactor>> saddles_;
   std::unordered_map<std::uint32_t, std::optional<BandOrder>> bands_;
-  std::unordered_map<Expr, std::vector<Slot>> solutions_;  // not of dense systems, by head
+  std::unordered_map<Expr, std::vector<Slot>> solutions_;  // by head; not for dense systems
   bool checked_;                                           // lower_checked()
-  std::optional<Slot> sound_;                              // whether all saddles are
+  std::optional<Slot> sound_;                              // whether all saddle-point systems are
   Slot count_ = 0, one_ = 0, zero_ = 0, smallest_ = 0;
 };
 

@@ -25,12 +25,12 @@ std::vector<int> minimum_degree(int n, const std::vector<SymmetricEntry>& entrie
   return {permutation.indices().begin(), permutation.indices().end()};
 }
 
-/// Multiplications of the elimination in this order.
+/// The number of multiplications of the elimination in this order.
 std::size_t work_of(int n, const std::vector<SymmetricEntry>& entries, const std::vector<int>& order);
 
-/// In every round unknowns of low degree that are not neighbours: their eliminations do not depend on each
-/// other, and become loops of the tape. On a chain this is cyclic reduction, log₂ n rounds with two to three
-/// times the operations of the sequential order.
+/// Eliminates in every round unknowns of low degree that are not adjacent. Their eliminations are independent
+/// and become loops of the tape. On a chain this is cyclic reduction: log₂ n rounds with two to three times
+/// the operations of the sequential order.
 std::vector<int> rounds(int n, const std::vector<SymmetricEntry>& entries) {
   const auto at = [](int i) { return static_cast<std::size_t>(i); };
   std::vector<std::set<int>> neighbours(at(n));
@@ -92,7 +92,7 @@ std::vector<int> elimination_order(int n, const std::vector<SymmetricEntry>& ent
   return work_of(n, entries, parallel) <= 3 * work_of(n, entries, order) ? parallel : order;
 }
 
-/// Unknowns of M, then the others, of which those touch each other that touch the same block of M.
+/// The unknowns of M first, then the others, which are adjacent if they couple to a common block of M.
 std::optional<std::vector<int>> saddle_order(int n, int leading, const std::vector<SymmetricEntry>& entries) {
   std::vector<int> block(static_cast<std::size_t>(leading));
   std::iota(block.begin(), block.end(), 0);
@@ -138,7 +138,7 @@ int width_of(std::span<const std::pair<int, int>> places, const std::vector<int>
   return width;
 }
 
-/// The unknowns reached from `start`, nearest first, those of few neighbours before the others.
+/// The unknowns reached from `start` in breadth-first order, those with few neighbours first.
 std::vector<int> by_distance(const Neighbours& neighbours, int start, std::vector<char>& seen) {
   std::vector<int> order{start};
   seen[start] = 1;
@@ -152,7 +152,7 @@ std::vector<int> by_distance(const Neighbours& neighbours, int start, std::vecto
   return order;
 }
 
-/// Cuthill–McKee from an unknown at the rim of each part: the one reached last from the one reached last.
+/// Cuthill–McKee from a peripheral unknown of each part: the last one reached from the last one reached.
 std::vector<int> cuthill_mckee(int n, std::span<const std::pair<int, int>> places) {
   Neighbours neighbours(static_cast<std::size_t>(n));
   for (const auto& [i, j] : places)
@@ -196,7 +196,7 @@ std::optional<BandOrder> band_order(int n, std::span<const std::pair<int, int>> 
   return BandOrder{std::move(step), std::max(width, 1)};
 }
 
-/// The last `n - leading` unknowns are eliminated behind the others.
+/// Eliminates the last `n - leading` unknowns after the others.
 static SymmetricFactor factor_in_order(int n, int leading, const std::vector<SymmetricEntry>& entries,
                                        std::vector<int> order, const Emit& emit) {
   const auto at = [](int i) { return static_cast<std::size_t>(i); };
@@ -247,7 +247,7 @@ SymmetricFactor factor_symmetric(int n, const std::vector<SymmetricEntry>& entri
 std::optional<SymmetricFactor> factor_saddle(int n, int leading, const std::vector<SymmetricEntry>& entries,
                                              const Emit& emit) {
   std::optional<std::vector<int>> order = saddle_order(n, leading, entries);
-  constexpr int small = 32;  // written out, symmetric elimination is the faster one in any case
+  constexpr int small = 32;  // below this size written-out symmetric elimination is faster in any case
   if (!order || (n > small && 12.0 * static_cast<double>(work_of(n, entries, *order)) > 1.0 * n * n * n))
     return std::nullopt;
   return factor_in_order(n, leading, entries, std::move(*order), emit);
@@ -261,7 +261,7 @@ Slot is_sound(const SymmetricFactor& f, Slot zero, Slot smallest, const Emit& em
     const Slot margin = of_mass && !changed ? pivot
                         : of_mass           ? emit(Op::sub, pivot, bound)
                                             : emit(Op::sub, bound, pivot);
-    // A margin that is no number stands behind one that is not positive, which this
+    // min with this order of operands keeps an earlier NaN margin
     // order of the operands keeps.
     least = least ? emit(Op::min, margin, *least) : margin;
   }
@@ -293,7 +293,7 @@ std::vector<Slot> solve_saddle(const SymmetricFactor& f, const std::vector<Symme
   std::vector<Slot> x = solve_symmetric(f, b, emit), rest = b;
   for (const SymmetricEntry& e : entries)
     if (e.row >= f.leading) rest[e.row] = emit(Op::sub, rest[e.row], emit(Op::mul, e.value, x[e.column]));
-  std::vector<Slot> y(b.size());  // of the correction: above, all that stands on the right is zero
+  std::vector<Slot> y(b.size());  // of the correction: the right side above is zero
   for (std::size_t k = leading; k < y.size(); ++k) y[k] = rest[f.order[k]];
   for (std::size_t k = leading; k < y.size(); ++k)
     for (const auto& [row, l] : f.below[k]) y[row] = emit(Op::sub, y[row], emit(Op::mul, l, y[k]));

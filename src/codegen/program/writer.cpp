@@ -39,7 +39,7 @@ Slot Writer::combination(std::span<const double> factors, std::span<const Slot> 
   return empty ? constant(0) : sum;
 }
 
-/// Four chains: one alone waits for every operation.
+/// Reduces in four independent chains; a single chain would wait for every operation.
 Slot Writer::reduced(Op op, std::span<const Slot> terms) {
   constexpr std::size_t chains = 4;
   if (terms.empty()) return constant(0);
@@ -51,7 +51,7 @@ Slot Writer::reduced(Op op, std::span<const Slot> terms) {
   return partial[0];
 }
 
-/// An instruction of another program, whose values are `here`.
+/// An instruction of another program, with its operands mapped by `here`.
 Slot Writer::copied(const Program& other, Instruction i, const std::vector<Slot>& here) {
   for (int k = 0; k < i.operands(); ++k) i.operand[k] = here[i.operand[k]];
   if (i.extras() > 0) {
@@ -87,7 +87,7 @@ void Writer::inline_part(const Program& other, std::span<const Slot> inputs,
   }
 }
 
-/// Inputs, then constants, then instructions.
+/// The final number of a value: inputs first, then constants, then instructions.
 Slot Writer::final(Slot value) const {
   const auto inputs = static_cast<Slot>(program_.inputs);
   if (value >= constants_from) return inputs + (value - constants_from);

@@ -6,16 +6,17 @@
 namespace pendula::codegen {
 namespace {
 
-/// Both chains stop before this row.
+/// The row at which both elimination fronts meet.
 int middle(int n) { return n / 2; }
 
-// One diagonal, from both ends: above the middle l[i] = A(i, i-1)/d[i-1] belongs to row i, below it l[i] =
-// A(i, i-1)/d[i] to row i-1. What is left of a are 1/d and l.
+// One diagonal, eliminated from both ends: above the middle l[i] = A(i, i-1)/d[i-1] belongs to row i, below
+// it l[i] = A(i, i-1)/d[i] belongs to row i-1. Overwrites a by 1/d and l.
 void factor_from_both_ends(double* a, int n) {
   double* const d = a;
   double* const l = a + n;
   const int m = middle(n);
-  double up = m > 0 ? 1 / d[0] : 0, down = m < n - 1 ? 1 / d[n - 1] : 0;  // reciprocals of the last pivots
+  // reciprocals of the previous pivots
+  double up = m > 0 ? 1 / d[0] : 0, down = m < n - 1 ? 1 / d[n - 1] : 0;
   int i = 1, j = n - 2;
   const auto step_up = [&] {
     const double e = l[i];
@@ -96,7 +97,7 @@ void solve_from_both_ends(double* b, int n, const double* factors) {
 
 }  // namespace
 
-// Several diagonals, from the top: 1/d, and L(i, i - k) at [k·n + i].
+// Several diagonals, eliminated from the top: 1/d, and L(i, i - k) at [k·n + i].
 void band_factor(double* a, int n, int band) {
   if (band == 1) return factor_from_both_ends(a, n);
   const auto at = [&](int i, int k) -> double& { return a[static_cast<std::ptrdiff_t>(k) * n + i]; };

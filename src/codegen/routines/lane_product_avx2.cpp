@@ -9,7 +9,8 @@
 namespace pendula::codegen {
 namespace {
 
-/// Rows 0 … 3, or all eight, of the product for `block` consecutive k: the columns are read once for all.
+/// Rows 0 … 3, or all eight, of the product for `block` consecutive k, so that the columns are read
+/// once for all.
 template <int halves, std::size_t block>
 struct Sums {
   __m256d value[halves][block];
@@ -45,7 +46,7 @@ void use_sums(const LaneTerms& q, const LaneRows& to, std::size_t k, const Use& 
   }
 }
 
-/// use(k, four sums, where they belong) for all k. Sums wait for each other less the more there are at once.
+/// Calls use(k, four sums, their destination) for all k. Several sums at once hide each other's latency.
 template <int halves, class Use>
 void for_all_sums(const LaneTerms& q, const LaneRows& to, const Use& use) {
   constexpr std::size_t block = 4;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-// Not in the file for AVX2, whose instructions other processors do not have.
+// not in the AVX2 file, whose instructions other processors lack
 namespace pendula::codegen {
 
 static const bool lanes = wide_sincos_function() != nullptr;

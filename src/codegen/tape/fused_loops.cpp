@@ -42,7 +42,7 @@ class Fusion {
 
   Slot maker(Slot slot) const { return owner_[slot]; }
 
-  /// Is the operand made by the same loop, in the same step?
+  /// Is the operand computed by the same loop in the same step?
   bool reads_in_step(std::size_t i, int k) const {
     const VectorLoop& p = items_[i].loop;
     const Slot from = maker(p.operand[k]);
@@ -85,14 +85,14 @@ class Fusion {
     t_.loop[i] = *loop;
   }
 
-  /// The loop at this time that makes an operand.
+  /// The loop at this time that computes an operand.
   std::optional<Slot> last_member_of_loop(std::size_t i, Slot time) const {
     for (Slot slot : items_[i].loop.operand)
       if (const Slot from = maker(slot); from != no_owner && t_.time[from] == time) return t_.loop[from];
     return std::nullopt;
   }
 
-  /// Can the loop be part of this loop, which makes at least one of its operands? Sets its shift.
+  /// Can item i join this loop, which computes at least one of its operands? Sets its shift.
   bool join(std::size_t i, Slot loop, Slot time) {
     const VectorLoop& p = items_[i].loop;
     if (!similar(loops_[loop].count, p.count)) return false;

@@ -21,8 +21,8 @@ std::size_t Tape::operations() const {
   return n;
 }
 
-// Dense LU with partial pivoting on slots. All right sides with
-// the same matrix, or with its transpose, share one factorisation.
+// Dense LU with partial pivoting on slots. All right sides with the same matrix or its transpose
+// share one factorisation.
 void Tape::run_linear(const LinearStep& step, Slot result, const double* in, double* w) const {
   const int n = step.n;
   double* const r = w + result;

@@ -8,8 +8,8 @@
 namespace pendula::codegen {
 namespace {
 
-/// List scheduling: of all operations that are ready, the one with most instructions
-/// runs next, all of them at once.
+/// List scheduling: of all ready operations, the kind with the most instructions runs next, all of
+/// them at once.
 class Schedule {
  public:
   explicit Schedule(const Program& program)
@@ -87,7 +87,7 @@ class ItemMaker {
  private:
   void add_linear(Slot i) {
     const Instruction& code = p_.instructions[i];
-    if (code.part == Part::component) {  // lies behind its head already
+    if (code.part == Part::component) {  // already follows its head
       out_.slot[first_ + i] = out_.slot[code.operand[0]] + code.operand[1];
       return;
     }
@@ -137,7 +137,7 @@ class ItemMaker {
     for (std::size_t k = regular; k < order.size(); ++k) add_single(members[order[k]]);
   }
 
-  /// Parts of a stretch whose operands come from one item each.
+  /// Adds a stretch in parts whose operands come from one item each.
   void add_stretch(const VectorLoop& whole, std::span<const std::uint32_t> order,
                    const std::vector<Slot>& members) {
     constexpr Slot worth_it = 8;

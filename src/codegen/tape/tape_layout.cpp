@@ -1,5 +1,5 @@
-// Second half of the way from a program to a tape: loops that can run together are fused, items get their
-// step, results a place in the workspace until their last use.
+// The second half of the translation of a program to a tape: loops that can run together are fused, items are
+// assigned to steps, and results get places in the workspace until their last use.
 #include <algorithm>
 #include <map>
 #include <numeric>
@@ -10,10 +10,9 @@
 namespace pendula::codegen {
 namespace {
 
-Slot rounded(Slot size) { return (size + 7) / 8 * 8; }  // loops begin with a line of the cache
+Slot rounded(Slot size) { return (size + 7) / 8 * 8; }  // aligns loops to cache lines
 
-/// Items that run together: those of one fused loop, or operations without pattern of
-/// one kind, or one linear system.
+/// Items that run together: a fused loop, or irregular operations of one kind, or a linear system.
 struct Step {
   std::vector<Slot> items;
 };
@@ -23,7 +22,7 @@ struct Steps {
   std::vector<Slot> of;  ///< of every item
 };
 
-/// Orders the items by time and loop; neighbours of one kind become one step.
+/// Orders the items by time and loop; adjacent items of one kind form a step.
 class StepMaker {
  public:
   StepMaker(const Program& program, const TapeItems& made, const Timing& timing)
@@ -47,7 +46,7 @@ class StepMaker {
   }
 
  private:
-  /// Of one loop, or of one operation and independent.
+  /// Items of one loop, or independent items of one operation.
   bool same_kind(Slot i, Slot j) const {
     if (made_.items[i].is_loop) return true;
     const Op op = p_.instructions[made_.instruction[i]].op;
@@ -67,10 +66,10 @@ class StepMaker {
   Steps steps_;
 };
 
-/// First item and size of a range that nobody reads any more.
+/// First slot and size of a range that is no longer read.
 using Dead = std::pair<Slot, Slot>;
 
-/// dead[s]: what nobody reads after step s. Results of linear systems stay.
+/// dead[s]: ranges that are not read after step s. Results of linear systems are kept.
 std::vector<std::vector<Dead>> dead_after(const Program& p, const TapeItems& made, const Timing& timing,
                                           const Steps& steps, const std::vector<Slot>& results) {
   std::vector<Slot> last(steps.of);
@@ -101,8 +100,7 @@ std::vector<std::vector<Dead>> dead_after(const Program& p, const TapeItems& mad
 
 }  // namespace
 
-/// Places in the workspace, taken and given back; the one given back last is taken first
-/// while it is still in the cache.
+/// Allocates places in the workspace. The place freed last is reused first, while it is still in the cache.
 class Workspace {
  public:
   explicit Workspace(Slot first) : end_(first) {}
@@ -120,7 +118,7 @@ class Workspace {
     return at;
   }
   void give(Slot at, Slot size) {
-    for (std::size_t k = 0; k < free_.size(); ++k) {  // joined with its neighbours
+    for (std::size_t k = 0; k < free_.size(); ++k) {  // merges it with its neighbours
       Hole& hole = free_[k];
       if (hole.at + hole.size != at && at + size != hole.at) continue;
       at = std::min(at, hole.at);
@@ -129,7 +127,7 @@ class Workspace {
       k = static_cast<std::size_t>(-1);
     }
     free_.push_back({at, size});
-    constexpr std::size_t many = 64;  // small holes are forgotten
+    constexpr std::size_t many = 64;  // small gaps are dropped
     if (free_.size() > many)
       free_.erase(std::min_element(free_.begin(), free_.end(),
                                    [](const Hole& p, const Hole& q) { return p.size < q.size; }));
@@ -144,7 +142,7 @@ class Workspace {
   Slot end_;
 };
 
-/// Writes the steps onto the tape, one after the other, and gives results their places.
+/// Writes the steps to the tape in order and assigns places to results.
 class Tape::Emitter {
  public:
   Emitter(const Program& program, const TapeItems& made, const Timing& timing, Tape& tape)
@@ -204,7 +202,7 @@ class Tape::Emitter {
     tape_.linear_copies_.insert(tape_.linear_copies_.end(), copies.begin(), copies.end());
   }
 
-  /// Loops come before the operations of a run.
+  /// The loops of a run precede its operations.
   void add(const Run& run) {
     tape_.runs_.push_back(run);
     tape_.runs_.back().first_loop = loops_used_;
@@ -214,7 +212,7 @@ class Tape::Emitter {
 
   void emit_loop(const Step& step) {
     FusedLoop loop;
-    std::vector<Slot> last(step.items.size());  // strand that reads a local result last
+    std::vector<Slot> last(step.items.size());  // last strand that reads a local result
     std::map<Slot, std::size_t> strand;         // by item
     for (std::size_t k = 0; k < step.items.size(); ++k) {
       const Slot i = step.items[k];
@@ -256,12 +254,12 @@ class Tape::Emitter {
     tape_.loops_.push_back(std::move(loop));
   }
 
-  /// Inputs that are read from the workspace: those of operations without pattern.
+  /// Finds the inputs that are read from the workspace by irregular operations.
   void find_used_inputs() {
     std::vector<char> used(p_.inputs, 0);
     for (Slot slot : tape_.operands_)
       if (slot < p_.inputs) used[slot] = 1;
-    constexpr std::size_t near = 16;  // copied along
+    constexpr std::size_t near = 16;  // gaps up to this size are copied, too
     for (std::size_t i = 0; i < used.size(); ++i) {
       if (!used[i]) continue;
       auto& ranges = tape_.used_inputs_;

@@ -10,14 +10,14 @@
 namespace pendula::codegen {
 namespace {
 
-/// a[0], a[stride], a[2·stride], a[3·stride]. (Eight at a time, with AVX-512, are a third slower here.)
+/// a[0], a[stride], a[2·stride], a[3·stride]. (Gathers of eight with AVX-512 are a third slower here.)
 template <std::size_t stride>
 [[gnu::always_inline]] inline void gather(const double* a, Four& out) {
   if constexpr (stride == 0) {
     out = Four{*a, *a, *a, *a};
   } else if constexpr (stride == 1) {
     load(out, a);
-  } else {  // the second part begins at a[3]: nothing is read behind a[6]
+  } else {  // the second part begins at a[3], so that nothing after a[6] is read
     Four first, second;
     load(first, a);
     load(second, a + 3);
@@ -66,7 +66,7 @@ template <class F>
   }
 }
 
-/// Operations that are calls, or have no form for vectors in C++.
+/// Operations that are calls, or have no vector form in C++.
 template <class F>
 [[gnu::always_inline]] inline void one_by_one(const VectorLoop& p, std::size_t n, const Places& at,
                                               const F& f) {
@@ -119,7 +119,7 @@ Run best() {
 
 constexpr std::size_t worth_it = 8;  // members
 
-/// Members by operands, and which of them have their place already.
+/// Looks members up by their operands and records which are placed already.
 class Members {
  public:
   explicit Members(std::span<const Pair> members) : members_(members), placed_(members.size(), 0) {
@@ -127,7 +127,7 @@ class Members {
     for (std::uint32_t i = 0; i < members.size(); ++i) where_.emplace(key(members[i]), i);
   }
 
-  /// How many members follow each other from i on with these strides.
+  /// The number of consecutive members from i on with these strides.
   std::size_t length(std::uint32_t i, Slot sa, Slot sb) const {
     Pair at = members_[i];
     std::size_t count = 1;
@@ -147,7 +147,7 @@ class Members {
     }
   }
   bool placed(std::uint32_t i) const { return placed_[i]; }
-  /// The member is the one that is found by its operands: of equal ones the first.
+  /// Is i the member found by its operands? Of equal members it is the first.
   bool found(std::uint32_t i) const { return where_.at(key(members_[i])) == i; }
 
  private:
@@ -170,7 +170,7 @@ void run_members(const VectorLoop& loop, std::size_t count, const Places& places
 }
 
 std::vector<Copy> arrange_copies(std::span<const Slot> from, Slot inputs) {
-  constexpr std::size_t furthest = 4;  // a period of the model
+  constexpr std::size_t furthest = 4;  // upper limit for a period of the model
   std::vector<Copy> result;
   std::vector<char> placed(from.size(), 0);
   const auto follows = [&](std::size_t k, std::size_t d, Slot stride) {
@@ -229,7 +229,8 @@ Arrangement arrange(std::span<const Pair> members) {
     const Slot* best_stride = strides[0];
     for (const auto& stride : strides) {
       const std::size_t length = left.length(i, stride[0], stride[1]);
-      // A stretch of every other member may be longer by chance, leaping over what interrupts the others.
+      // prefers small strides: a stretch of every other member may be longer by chance, skipping
+      // members in between
       const std::size_t score = stride[0] <= 1 && stride[1] <= 1 ? 2 * length : length;
       if (score > best_score) {
         best_score = score;

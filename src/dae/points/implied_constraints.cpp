@@ -120,7 +120,7 @@ bool ConstraintPositions::all_hold(const Vec& at, const Known& known) const {
          relative(r, J, at.cwiseQuotient(all_.unit())).maxCoeff() <= holds_below;
 }
 
-/// dq/dt| enforced by the kept constraints, in units of q.
+/// |dq/dt| enforced by the kept constraints, in units of q.
 double ConstraintPositions::driven_speed(const NumericArray& kept, const std::vector<int>& rows,
                                          const Vec& at, const Known& known) const {
   Known here = known;

@@ -58,7 +58,7 @@ class Selected {
   const Selection& selection_;
 };
 
-/// r_i| / (1 + Σ_j |J_ij ω_j|), where 1 is the unit of the row.
+/// |r_i| / (1 + Σ_j |J_ij ω_j|), where 1 is the unit of the row.
 Vec relative(const Vec& r, const Sparse& J, const Vec& omega) {
   return r.cwiseAbs().cwiseQuotient(Vec::Ones(r.size()) + J.cwiseAbs() * omega.cwiseAbs());
 }

@@ -30,7 +30,7 @@ Residue residue_of(const mpz_class& n) {
   return {mpz_get_ui(r.get_mpz_t())};
 }
 
-struct Undefined {};  // a division by zero at this point: draw another
+struct Undefined {};  // a division by zero at this point; another one is drawn
 
 Residue quotient(Residue a, Residue b) {
   if (b.is_zero()) throw Undefined{};
@@ -43,7 +43,7 @@ Residue constant_residue(Expr e) {
   return quotient(residue_of(q.get_num()), residue_of(q.get_den()));
 }
 
-/// A point of the unit circle: what stands for an angle.
+/// A point of the unit circle, representing an angle.
 struct Rotation {
   Residue cosine, sine;
 };
@@ -109,16 +109,17 @@ class Point {
   }
 
  private:
-  static constexpr int deepest = 200;  // of a sum inside a sine; below that the sum is drawn as one angle
+  // of sums inside a sine; deeper sums are represented by one random angle
+  static constexpr int deepest = 200;
 
   Residue drawn(Expr node) const { return {random_bits(seed_, node) % prime}; }
-  /// exp(x) and the tangent of x/2: numbers of their own, since x - exp(x) is not 0.
+  /// exp(x) and the tangent of x/2 are drawn independently of x, since x - exp(x) is not 0.
   static constexpr std::uint64_t of_exponential = 0xd1342543de82ef95ull, of_angle = 0xaf251af3b0f025b5ull;
   Residue drawn(Expr node, std::uint64_t function) const {
     return {random_bits(seed_ ^ function, node) % prime};
   }
 
-  /// A function without identities: the same value for the same values of its arguments.
+  /// A function without identities: equal arguments give equal values.
   Residue hashed(Expr node) const {
     std::uint64_t h = seed_ * 0x9e3779b97f4a7c15ull + static_cast<std::uint64_t>(node.op());
     for (Expr operand : node.operands()) {
@@ -129,7 +130,7 @@ class Point {
     return {(h ^ (h >> 31)) % prime};
   }
 
-  /// In the first region conditions hold and what abs and sign are of is positive.
+  /// In the first region, conditions hold and the arguments of abs and sign are positive.
   Residue piece(Expr node) const {
     const bool first = pieces_ == Pieces::first;
     switch (node.op()) {
@@ -147,7 +148,7 @@ class Point {
     }
   }
 
-  /// A component of a linear system; the head solves it for all of them.
+  /// A component of a linear system; its head solves for all components.
   Residue solved(Expr node) {
     std::vector<Residue>& x = solutions_[head_of(node)];
     if (component_of(node) == 0) {
@@ -173,7 +174,7 @@ class Point {
     return *n >= 0 ? whole : quotient(Residue{1}, whole);
   }
 
-  /// A small integer factor of a product, and the rest; 0 if there is none.
+  /// Splits a small integer factor from a product; 0 if there is none.
   static std::pair<long, Expr> multiple(Expr e) {
     if (e.op() == Op::mul)
       for (int i : {0, 1})
@@ -182,7 +183,8 @@ class Point {
     return {0, e};
   }
 
-  /// Numbers with small denominators are multiples of one number, so that e² is the square of e.
+  /// Numbers with small denominators are represented as multiples of one number, so that e² is the
+  /// square of e.
   static constexpr long common_denominator = 2520;
   static std::optional<long> multiple_of_unit(Expr e) {
     const mpq_class* q = exact_value(e);

@@ -1,5 +1,5 @@
-// Is an expression identically zero: by residues, and for the functions that these do not know by values in
-// double precision with bounds on their rounding errors.
+// Decides whether an expression is identically zero: by residues and, for functions that these do not
+// represent, by values in double precision with bounds on their rounding errors.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -22,11 +22,12 @@ constexpr double solve_error = 1e-12;  // relative; small systems at points wher
 /// Numerical Algorithms, 2nd ed., §3.3).
 struct Real {
   double value = 0, error = 0;
-  /// The bound is of first order and library functions round worse than arithmetic: hence the factor.
+  /// The bound is of first order, and library functions round less accurately than arithmetic;
+  /// hence the factor.
   bool is_zero() const { return std::fabs(value) <= 16 * error; }
 };
 
-/// exp(-800) is not 0, nor is 1/cosh(800): what lies outside the range of doubles.
+/// Is the result outside the range of doubles? exp(-800) and 1/cosh(800) are not 0.
 bool is_out_of_range(Op op, double value, const std::array<Real, 3>& x, int arity) {
   if (std::fabs(value) >= std::numeric_limits<double>::min()) return false;
   if (op != Op::exp && op != Op::mul && op != Op::div && op != Op::pow) return false;
@@ -34,8 +35,8 @@ bool is_out_of_range(Op op, double value, const std::array<Real, 3>& x, int arit
                      [&](const Real& r) { return r.value != 0 || op == Op::exp; });
 }
 
-/// An operation with its rounding and the operands' errors times the slopes; NaN
-/// outside the range of doubles.
+/// An operation with its rounding error and the errors of its operands times the slopes; NaN outside the
+/// range of doubles.
 Real operation(Op op, const std::array<Real, 3>& x, int arity) {
   const double value = apply(op, x[0].value, x[1].value, x[2].value);
   if (is_out_of_range(op, value, x, arity)) return {std::numeric_limits<double>::quiet_NaN(), 0};
@@ -60,7 +61,7 @@ Real real_at(Expr e, std::uint64_t seed) {
       const double value = constant_value(node.is_constant() ? node : *symbol_of(node).value);
       values[node] = {value, unit * std::fabs(value)};
     } else if (node.is_symbol() || node.op() == Op::call || node.op() >= end_op) {
-      // Around 1 at first, where roots and logarithms are defined; every other point lies in (-1, 1).
+      // first around 1, where roots and logarithms are defined; every other point lies in (-1, 1)
       const double u = static_cast<double>(random_bits(seed, node) >> 11) * 0x1p-53;
       values[node] = {seed % 2 == 0 ? 0.5 + u : 2 * u - 1, 0};
     } else if (node.op() == Op::solve) {
@@ -78,14 +79,14 @@ Real real_at(Expr e, std::uint64_t seed) {
   return values[e];
 }
 
-/// Does a number stand there, with roots, π or functions of numbers in it?
+/// Is e a number, with roots, π or functions of numbers in it?
 bool is_number(Expr e) {
   for (Expr node : topological({&e, 1}))
     if (node.op() == Op::call || (node.is_symbol() && symbol_of(node).kind != Kind::constant)) return false;
   return true;
 }
 
-/// Functions that residues() draws or folds without all their identities.
+/// Does e contain functions of which residues() does not represent all identities?
 bool has_other_functions(Expr e) {
   for (Expr node : topological({&e, 1}))
     if (node.op() > Op::pow && node.op() != Op::sin && node.op() != Op::cos && node.op() != Op::exp)

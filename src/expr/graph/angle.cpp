@@ -11,8 +11,8 @@ namespace {
 
 Expr root(long n) { return sqrt(Expr(n)); }
 
-/// sin(q π) and tan(q π) for 0 < q < 1/2: all angles whose values are at most a root over a root. The values
-/// are made when they are asked for, as expressions do not outlive a call by themselves.
+/// sin(q π) and tan(q π) for 0 < q < 1/2, for all angles whose values are at most a quotient of roots. The
+/// values are created on demand, since expressions do not outlive a call.
 struct KnownAngle {
   mpq_class half_turns;
   Expr (*sine)();

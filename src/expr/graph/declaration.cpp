@@ -10,8 +10,8 @@
 namespace pendula {
 namespace {
 
-/// Places in the order of declarations. A symbol that was only made gets its place when it is declared, so
-/// that in params "a d" a known a stands before a new d.
+/// Positions in the order of declaration. A symbol that existed before gets its position when it is declared,
+/// so that in params "a d" a known a precedes a new d.
 struct Declared {
   std::uint64_t first, latest;
   bool only_made, by_user = false;
@@ -19,7 +19,7 @@ struct Declared {
 
 struct Declarations {
   std::unordered_map<Expr, Declared> places;
-  std::unordered_map<Expr, Expr> derivatives;  ///< unknowns of reduced forms that stand for one
+  std::unordered_map<Expr, Expr> derivatives;  ///< unknowns of reduced forms that represent one
   std::uint64_t count = 0, session_begin = 0;
 };
 

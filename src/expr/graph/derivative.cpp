@@ -18,13 +18,13 @@ bool moves_with_time(const Symbol& s) { return s.kind == Kind::variable || s.kin
 
 bool has_roots(const std::vector<Expr>& nodes) { return std::any_of(nodes.begin(), nodes.end(), is_root); }
 
-/// A branch of 0 and one of 1: the derivatives of min and max.
+/// A choice between two constants, as in the derivatives of min and max.
 bool is_choice(Expr e) {
   return e.op() == Op::ifelse && e.operand(1).is_constant() && e.operand(2).is_constant();
 }
 
-/// Products of the chain rule. An operand that is not chosen contributes 0, even where the other factor is
-/// infinite: √max(0, x) is 0 for x < 0, not ∞·0.
+/// Products of the chain rule. An operand that is not selected contributes 0 even if the other factor is
+/// infinite: √max(0, x) has the derivative 0 for x < 0, not ∞·0.
 struct Times {
   bool roots;  ///< which may cancel
   Expr operator()(Expr a, Expr b) const {
@@ -39,7 +39,7 @@ struct Times {
   }
 };
 
-/// A branch of 0, or a sum with branches.
+/// A choice with a zero branch, or a sum with such choices.
 bool has_choice(Expr e) {
   if (e.op() == Op::ifelse) return e.operand(1).is_zero() || e.operand(2).is_zero();
   if (e.op() != Op::add) return false;
@@ -47,8 +47,8 @@ bool has_choice(Expr e) {
   return std::any_of(parts.begin(), parts.end(), [](Expr part) { return part.op() == Op::ifelse; });
 }
 
-/// weight·factor with the choice of a branch outermost: a branch that is not chosen contributes 0, even where
-/// its derivative is infinite or not a number. `depth`: sums of long chains of choices are left as they are.
+/// weight·factor with the choice outermost: a branch that is not selected contributes 0, even if its
+/// derivative is infinite or NaN. `depth`: sums of long chains of choices are left unchanged.
 Expr scaled(Expr weight, Expr factor, const Times& times, int depth = 0) {
   constexpr int deepest = 20;
   if (weight.is_symbol() || weight.is_constant() || depth > deepest) return times(weight, factor);
@@ -59,7 +59,8 @@ Expr scaled(Expr weight, Expr factor, const Times& times, int depth = 0) {
   if (weight.op() == Op::ifelse)
     return ifelse(weight.operand(0), inner(weight.operand(1)), inner(weight.operand(2)));
   const auto parts = weight.operands();
-  const std::vector<Expr> list(parts.begin(), parts.end());  // new nodes may move the graph's memory
+  // creating nodes may move the memory of the graph
+  const std::vector<Expr> list(parts.begin(), parts.end());
   Expr sum = 0;
   for (Expr part : list) sum += inner(part);
   return sum;
@@ -82,7 +83,7 @@ Expr tangent(Expr e, const Seed& seed) {
       if (component_of(node) == 0)
         solved[node] = solution_tangent(node, [](Expr operand) { return d[operand]; });
       sum = solved[head_of(node)][component_of(node)];
-    } else if (node.op() == Op::ifelse) {  // not 1·dp + 0·dq: dq may be infinite where p is chosen
+    } else if (node.op() == Op::ifelse) {  // not 1·dp + 0·dq: dq may be infinite where p is selected
       const Expr dp = d[node.operand(1)], dq = d[node.operand(2)];
       if (!dp.is_zero() || !dq.is_zero()) sum = ifelse(node.operand(0), dp, dq);
     } else {
@@ -99,8 +100,8 @@ Expr tangent(Expr e, const Seed& seed) {
   return d[e];
 }
 
-/// Reverse sweep: calls found(leaf, adjoint) for every leaf among `wanted` that e depends on. Nodes without
-/// such leaves below them are not entered.
+/// Reverse sweep: calls found(leaf, adjoint) for every leaf among `wanted` on which e depends. Nodes without
+/// such leaves are skipped.
 template <class Wanted, class Found>
 void reverse_sweep(Expr e, const Wanted& wanted, const Found& found) {
   static NodeMap<Expr> adjoint;
@@ -157,8 +158,8 @@ double value_of(Expr node, const NodeMap<double>& values) {
   return apply(node.op(), at(0), at(1), at(2));
 }
 
-/// Fills `values` for all nodes below the outputs, in
-/// topological order; `visit` sees each node after its value.
+/// Computes `values` for all nodes below the outputs in topological order; `visit` is called for each node
+/// after its value.
 template <class Visit>
 void evaluate_nodes(std::span<const Expr> outputs, const std::unordered_map<Expr, double>& leaf_values,
                     NodeMap<double>& values, const Visit& visit) {
@@ -232,9 +233,9 @@ static std::vector<Entry> differentiated(std::span<const Expr> f, std::span<cons
   return found;
 }
 
-/// Every call of init and integrate asks for the same Jacobians again: the last ones are kept.
+/// The last Jacobians are cached, since every call of init and integrate needs the same ones.
 std::vector<Entry> sparse_jacobian(std::span<const Expr> f, std::span<const Expr> x) {
-  constexpr std::size_t few = 10, most = 500'000;  // fewer are not worth it; all together
+  constexpr std::size_t few = 10, most = 500'000;  // entries; fewer are not worth caching; total in the cache
   static LruCache<std::vector<std::uint32_t>, std::vector<Entry>, WordsHash, Refers::by_touch> known(most);
   if (f.size() < few) return differentiated(f, x);
   std::vector<std::uint32_t> key{static_cast<std::uint32_t>(f.size())};
@@ -309,7 +310,8 @@ std::optional<Expr> first_undefined(Expr e, const std::unordered_map<Expr, doubl
   values.clear();
   std::optional<Expr> culprit;
   evaluate_nodes({&e, 1}, leaf_values, values, [&](Expr node) {
-    if (!culprit && !std::isfinite(values[node])) culprit = node;  // operands come first: theirs are finite
+    // operands come first, so theirs are finite
+    if (!culprit && !std::isfinite(values[node])) culprit = node;
   });
   return culprit;
 }

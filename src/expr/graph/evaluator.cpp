@@ -15,14 +15,15 @@ namespace {
 
 constexpr double unit_roundoff = std::numeric_limits<double>::epsilon() / 2;
 
-/// What an error of operand i becomes: by the slope, or by differences where the error is not small beside
-/// the operand (from 0, too, where that is nearer: a root has no value beyond).
+/// The effect of an error of operand i: by the slope, or by differences if the error is not small relative to
+/// the operand (also from 0, if that is nearer, since a root has no value beyond).
 double passed_on(Op op, int i, const double (&operand)[3], double error) {
   constexpr double small = 1e-6;
   if (error == 0) return 0;
   if (error <= small * std::fabs(operand[i]))
     if (const double slope = apply_slope(op, i, operand[0], operand[1], operand[2]); std::isfinite(slope))
-      return slope == 0 ? 0 : std::fabs(slope) * error;  // the branch not taken may be infinite
+      // the slope of a branch that is not taken may be infinite
+      return slope == 0 ? 0 : std::fabs(slope) * error;
   const double value = apply(op, operand[0], operand[1], operand[2]);
   double largest = 0;
   for (double side : {-error, error, -std::copysign(std::min(error, std::fabs(operand[i])), operand[i])}) {
@@ -34,8 +35,8 @@ double passed_on(Op op, int i, const double (&operand)[3], double error) {
   return largest;
 }
 
-/// Of an operation on operands with errors: theirs, and its own. Sums, differences and quotients are rounded
-/// correctly, functions of the C library are a unit in the last place off.
+/// The error of an operation from those of its operands and its own rounding. Sums, differences and quotients
+/// are rounded correctly; C library functions err by a unit in the last place.
 double operation_error(Op op, double value, const double (&operand)[3], const double (&error)[3]) {
   const OpInfo& row = info(op);
   if (row.style == Style::cond || op == Op::sign) return 0;
@@ -96,7 +97,7 @@ std::vector<double> Evaluator::rounding_errors(std::span<const double> leaves) c
   std::vector<double> errors;
   errors.reserve(values.size() + steps_.size());
   for (double value : values) errors.push_back(unit_roundoff * std::fabs(value));
-  for (std::size_t k = leaves_; k < values.size(); ++k)  // constants that are whole numbers are exact
+  for (std::size_t k = leaves_; k < values.size(); ++k)  // constants that are integers are exact
     if (values[k] == std::rint(values[k])) errors[k] = 0;
   Solutions solutions, solution_errors;
   for (const Step& step : steps_) {
@@ -124,7 +125,7 @@ double Evaluator::component(const Step& step, const std::vector<double>& values,
   return found->second[component_of(step.node)];
 }
 
-/// Elimination is as accurate as if every entry had an error of n roundings: the largest change of the
+/// Elimination is as accurate as with an error of n roundings in every entry: the largest change of the
 /// component by a few random errors of this size.
 double Evaluator::error_of_component(const Step& step, const std::vector<double>& values,
                                      const std::vector<double>& errors, Solutions& solution_errors) const {

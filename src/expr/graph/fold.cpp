@@ -12,7 +12,7 @@
 namespace pendula {
 namespace {
 
-constexpr long max_bits = 1 << 14;  // exact constants beyond this many bits continue as doubles
+constexpr long max_bits = 1 << 14;  // larger exact constants are continued as doubles
 constexpr long max_exponent = 4096;
 
 bool small(const mpq_class& q) {
@@ -57,7 +57,7 @@ std::optional<mpq_class> exact_root(const mpq_class& q) {
   return mpq_class(sqrt(q.get_num()), sqrt(q.get_den()));
 }
 
-/// The largest s for which s² divides n, by factors up to 1000.
+/// The largest s with s² | n, by factors up to 1000.
 mpz_class square_part(mpz_class n) {
   constexpr unsigned long last = 1000;
   mpz_class square = 1;
@@ -69,7 +69,7 @@ mpz_class square_part(mpz_class n) {
   return square;
 }
 
-/// √8 = 2 √2, √(3/4) = √3/2; nothing where no square can be taken out, or in a measured √9.81.
+/// √8 = 2 √2, √(3/4) = √3/2; empty if no square can be extracted, or for a measured √9.81.
 std::optional<Expr> without_squares(const mpq_class& q) {
   constexpr std::size_t longest = 64;  // bits
   if (mpz_sizeinbase(q.get_num_mpz_t(), 2) > longest || mpz_sizeinbase(q.get_den_mpz_t(), 2) > longest ||
@@ -81,7 +81,7 @@ std::optional<Expr> without_squares(const mpq_class& q) {
          Expr(mpq_class(outside.get_den()));
 }
 
-/// The exact result of an operation on rationals, where it is rational.
+/// The exact result of an operation on rationals, if it is rational.
 std::optional<mpq_class> exact_result(Op op, const mpq_class& a, const mpq_class& b) {
   switch (op) {
     case Op::neg:
@@ -142,14 +142,14 @@ std::optional<Expr> fold_constants(Op op, Expr a, Expr b) {
   return Expr(value);
 }
 
-/// -1 · x, -x and negative constants: the expression without its sign, or nothing.
+/// The expression without its sign, for -1 · x, -x and negative constants; otherwise empty.
 std::optional<Expr> negated(Expr e) {
   if (e.op() == Op::neg) return e.operand(0);
   if (e.is_constant() && constant_value(e) < 0) return -e;
   return {};
 }
 
-/// Whether e is 1 or 0, true or false; the value of "x and 1" is not x.
+/// Is e always 1 or 0, true or false? For other x the value of "x and 1" is not x.
 bool is_condition(Expr e) {
   return e.op() == Op::lt || e.op() == Op::le || e.op() == Op::both || e.op() == Op::either;
 }
@@ -159,7 +159,7 @@ std::optional<Expr> fold_sum(Op op, Expr a, Expr b) {
     if (a.is_zero()) return b;
     if (b.is_zero()) return a;
     if (a == b) return Expr(2) * a;
-    // c - x and -x + c stay what they are: operands of a sum have no order.
+    // c - x and -x + c are not changed, since operands of a sum have no order
     if (const auto n = negated(b); n && !a.is_constant()) return a - *n;
     if (const auto n = negated(a); n && !b.is_constant()) return b - *n;
     return {};
@@ -267,7 +267,7 @@ struct Decimal {
   long exponent;
 };
 
-/// `precision` digits behind the first one; negative: the shortest decimal that reads as this double.
+/// `precision` digits after the first one; negative: the shortest decimal that reads as this double.
 Decimal decimal_of(double size, int precision = -1) {
   char text[64];
   const auto end =
@@ -296,13 +296,13 @@ mpq_class rational(const Decimal& d, bool negative) {
   return q;
 }
 
-constexpr std::size_t typed_digits = 15;  // beyond them a double is meant as it is: 2⁶⁰
+constexpr std::size_t typed_digits = 15;  // a double with more digits is taken literally: 2⁶⁰
 
 }  // namespace
 
 std::optional<mpq_class> typed_decimal(double value) {
   constexpr int meant_digits = 10;
-  constexpr std::size_t decimal_digits = 12;  // of 10⁵ doubles that were computed, six have so few
+  constexpr std::size_t decimal_digits = 12;  // of 10⁵ computed doubles six have so few digits
   constexpr double last_places = 2;
   if (!std::isfinite(value) || value == 0) return {};
   const double size = std::fabs(value), spacing = std::nextafter(size, HUGE_VAL) - size;
@@ -323,9 +323,9 @@ std::optional<mpq_class> simplest_rational(double value) {
     const Decimal d = decimal_of(std::fabs(value));
     return d.mantissa.size() > typed_digits ? mpq_class(value) : rational(d, value < 0);
   }
-  // Continued fraction; the convergents p/q are best approximations (Hardy &
-  // Wright, ch. X). The first one that rounds to the very same double is the
-  // simplest. A double of this size is an exact quotient of 128-bit numbers.
+  // Continued fraction. The convergents p/q are best approximations (Hardy & Wright, ch. X); the
+  // first one that rounds to the same double is the simplest. A double of this size is an exact
+  // quotient of 128-bit numbers.
   const double size = std::fabs(value);
   if (size < 0.5 / max_denominator) return {};
   __extension__ using Wide = unsigned __int128;
@@ -392,7 +392,7 @@ Expr parse_number(const std::string& word) {
   if (i != number.size() || std::labs(exponent) > max_exponent) throw bad();
   mpz_class scale;
   mpz_ui_pow_ui(scale.get_mpz_t(), 10, std::labs(exponent));
-  const mpz_class mantissa(digits, 10);  // base 10: by itself GMP reads "025" as octal
+  const mpz_class mantissa(digits, 10);  // base 10, since GMP would read "025" as octal
   mpq_class q = exponent < 0 ? mpq_class(mantissa, scale) : mpq_class(mantissa * scale);
   q.canonicalize();
   if (!std::isfinite(q.get_d()))

@@ -40,7 +40,7 @@ Graph& new_graph() {
   the_graph = &g;
   return g;
 }
-/// Asked for with every node: without the lock of a static variable.
+/// Called for every node; a static variable would require a lock.
 inline Graph& graph() { return the_graph ? *the_graph : new_graph(); }
 
 std::string key_of(Kind kind, const std::string& name, int order) {
@@ -172,7 +172,7 @@ std::vector<Expr> symbol_vector(Kind kind, const std::string& name, int size) {
   for (int i = 1; i <= size; ++i) {
     const std::string component = name + std::to_string(i);
     components.push_back(symbol(kind, component));
-    for (int order = 0;; ++order) {  // its derivatives too, if it was a scalar before
+    for (int order = 0;; ++order) {  // and its derivatives, if it was a scalar before
       const auto leaf = graph().symbol_ids.find(key_of(kind, component, order));
       if (leaf == graph().symbol_ids.end()) break;
       Symbol& s = attributes(leaf->second);
@@ -208,7 +208,7 @@ Symbol& attributes(Expr leaf) {
 
 Expr derivative_leaf(Expr leaf, int k) {
   if (k == 0) return leaf;
-  static std::unordered_map<Expr, Expr> first;  // making the name takes longer
+  static std::unordered_map<Expr, Expr> first;  // creating the name takes longer
   if (k == 1)
     if (const auto known = first.find(leaf); known != first.end()) return known->second;
   const Symbol& s = symbol_of(leaf);
@@ -321,7 +321,8 @@ std::vector<Expr> topological(std::span<const Expr> outputs) {
   static NodeMap<char> seen;
   seen.clear();
   std::vector<Expr> order;
-  std::vector<std::pair<Expr, std::uint32_t>> stack;  // a node and how many of its operands have been entered
+  // a node, and the number of its operands already visited
+  std::vector<std::pair<Expr, std::uint32_t>> stack;
   for (Expr output : outputs) {
     if (seen.has(output)) continue;
     seen[output] = 1;

@@ -13,7 +13,7 @@ std::uint64_t hash_of(const Node& n) {
   return mix(low ^ mix(n.operand[2].id() | std::uint64_t{static_cast<unsigned>(n.op)} << 32));
 }
 
-/// The double nearest to q. CAUTION: mpq get_d truncates, and 981/100 would not be the 9.81 it was read from.
+/// The double nearest to q. CAUTION: mpq get_d truncates, and 981/100 would not give 9.81.
 double nearest_double(const mpq_class& q) {
   const double below = q.get_d();  // towards zero
   const double above = std::nextafter(below, q < 0 ? -HUGE_VAL : HUGE_VAL);
@@ -101,7 +101,7 @@ void NodeStore::fill_table(std::size_t size) {
   nodes_in_table_ = 0;
   const std::size_t mask = size - 1;
   nodes_.each_from_last([&](std::uint32_t id, const Node& n) {
-    if (n.op <= Op::call || n.op == Node::nothing) return;  // leaves live in tables of their own
+    if (n.op <= Op::call || n.op == Node::nothing) return;  // leaves are stored in separate tables
     std::size_t i = hash_of(n) & mask;
     while (table_[i] != none) i = (i + 1) & mask;
     table_[i] = id;
@@ -147,7 +147,7 @@ void NodeStore::free(std::uint32_t id, Node& n) {
 }
 
 void NodeStore::give_back(const std::vector<std::uint16_t>& windows) {
-  free_constants_.reserve(constants_.size());  // memory may end here, not halfway
+  free_constants_.reserve(constants_.size());  // memory may run out here, but not later
   touch(0);                                    // the numbers 0 and 1
   touch(1);
   const auto stays = [&](const Node& n) {

@@ -15,7 +15,7 @@ struct Factor {
 
 bool is_fraction(const Factor& f) { return f.exponent.get_den() != 1; }
 
-/// A power of a root as one power: (√a)³ as a^(3/2), but √(a²) as it is.
+/// A power of a root as one power: (√a)³ as a^(3/2), but √(a²) unchanged.
 Factor factor_of(Expr e) {
   check_stack();
   mpq_class outer(1, 2);
@@ -32,8 +32,7 @@ Factor factor_of(Expr e) {
   return inner;
 }
 
-/// The factors of a product, from left to right; what a very long one has beyond the
-/// last ones stays one factor.
+/// The factors of a product from left to right; of a very long product the rest is one factor.
 std::vector<Factor> factors_of(Expr e) {
   constexpr std::size_t most = 100;
   struct Open {

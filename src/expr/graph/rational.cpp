@@ -88,7 +88,7 @@ std::optional<VecX> null_vector(const Echelon& e, int columns) {
     v[e.pivot_column[i]] = -e.rows[i][free_column];
     factor = gcd(factor, v[e.pivot_column[i]]);
   }
-  // The first nonzero entry is positive.
+  // makes the first nonzero entry positive
   for (const mpz_class& entry : v)
     if (entry != 0) {
       if (entry < 0) factor = -factor;
@@ -140,14 +140,14 @@ void deflate(std::vector<mpq_class>& p, const mpq_class& root) {
   p.pop_back();
 }
 
-/// The convergents of a double with denominators up to 10⁶: if a rational root is near, it is one of them.
+/// The convergents of a double with denominators up to 10⁶; a rational root near it is one of them.
 std::vector<mpq_class> convergents(double value) {
   std::vector<mpq_class> list;
   mpz_class p0 = 1, q0 = 0, p1 = std::floor(value), q1 = 1;
   double rest = value - std::floor(value);
   for (int step = 0; step < 40 && q1 < 1'000'000; ++step) {
     list.emplace_back(p1, q1);
-    list.emplace_back(p1 + 1, q1);  // the neighbour, where rounding ended on the wrong side of an integer
+    list.emplace_back(p1 + 1, q1);  // its neighbour, if rounding ended on the wrong side of an integer
     list.back().canonicalize();
     if (rest < 1e-12) break;
     rest = 1 / rest;
@@ -168,7 +168,7 @@ std::vector<mpq_class> divide_rational_roots(std::vector<mpq_class>& polynomial,
                                              const std::vector<double>& near) {
   std::vector<mpq_class> roots;
   for (double value : near) {
-    if (!std::isfinite(value)) continue;  // of coefficients beyond the range of double
+    if (!std::isfinite(value)) continue;  // coefficients beyond the range of double
     for (const mpq_class& candidate : convergents(value)) {
       if (polynomial.size() < 2 || horner(polynomial, candidate) != 0) continue;
       while (polynomial.size() > 1 && horner(polynomial, candidate) == 0) {

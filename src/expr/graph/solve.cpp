@@ -14,7 +14,7 @@ namespace {
 
 using Places = std::vector<std::pair<int, int>>;
 
-/// What the caller knows of A.
+/// Known properties of A.
 struct Symmetry {
   bool definite = false;
   int leading = 0;
@@ -48,15 +48,15 @@ Key key_of(std::vector<Entry> entries, bool turned) {
   return key;
 }
 
-/// All systems so far, each once, and all matrices so far, each once together with its transpose.
+/// Interns systems, and matrices together with their transposes.
 struct Systems {
   std::deque<LinearSystem> list;
   std::deque<Key> matrices;
-  std::deque<int> users;                             ///< of each matrix: systems
-  std::deque<std::size_t> system_hash, matrix_hash;  ///< under which they are in these tables
+  std::deque<int> users;                             ///< of each matrix: number of systems
+  std::deque<std::size_t> system_hash, matrix_hash;  ///< keys in these tables
   std::unordered_multimap<std::size_t, std::uint32_t> system_table, matrix_table;
 
-  /// entries: by rows.
+  /// entries: sorted by rows.
   std::uint32_t intern(const std::vector<Entry>& entries, const VecX& b, Symmetry known) {
     const Key matrix = key_of(entries, false);
     LinearSystem s;
@@ -129,7 +129,7 @@ Systems& systems() {
   return s;
 }
 
-/// A system on its way to a node: takes out unknowns that need no elimination.
+/// Simplifies a system before it becomes a node: removes unknowns that need no elimination.
 class Peeling {
  public:
   Peeling(const std::vector<Entry>& A, const VecX& b, Symmetry known)
@@ -194,7 +194,7 @@ class Peeling {
     if (column(j).size() == 1) lone_columns_.insert(j);
   }
 
-  /// a x_j = b: x_j is known, and moves to the right side of the other rows.
+  /// A row a x_j = b determines x_j, which moves to the right side of the other rows.
   void take_row(int i) {
     const auto [j, pivot] = *row(i).begin();
     x_[j] = b_[i] / pivot;
@@ -207,7 +207,7 @@ class Peeling {
     }
   }
 
-  /// x_j occurs in row i only: the others are solved without it, x_j afterwards.
+  /// If x_j occurs in row i only, the other rows are solved without it, x_j afterwards.
   void take_column(int j) {
     const int i = *column(j).begin();
     Later later{i, j, row(i).at(j), row(i)};
@@ -240,7 +240,7 @@ class Peeling {
       b[r++] = b_[i];
     }
     Symmetry known = known_;
-    const bool is_principal = left_rows_ == left_columns_;  // of A: symmetric, too
+    const bool is_principal = left_rows_ == left_columns_;  // principal submatrices of A are symmetric, too
     const auto beyond = left_columns_.lower_bound(known_.leading);
     known.leading = is_principal ? static_cast<int>(std::distance(left_columns_.begin(), beyond)) : 0;
     const VecX x = solved(A, b, known);
@@ -379,7 +379,7 @@ std::vector<double> solution_value(Expr head, const std::function<double(Expr)>&
 
 // ── numbers ────────────────────────────────────────────────────────────────────────────────────────────────
 
-/// to -= factor · from; they never overlap.
+/// to -= factor · from; the ranges must not overlap.
 static void subtract(double* __restrict to, const double* __restrict from, double factor, int n) {
   for (int j = 0; j < n; ++j) to[j] -= factor * from[j];
 }
@@ -400,7 +400,7 @@ void lu_factor(double* a, double* pivot, int n) {
   }
 }
 
-/// In every sum the unknown that was found last comes last: sums need not wait for each other.
+/// In every sum the unknown computed last comes last, so that the sum need not wait for it.
 void lu_solve(const double* lu, const double* pivot, double* b, int n, bool transposed) {
   if (!transposed) {
     for (int k = 0; k < n; ++k) std::swap(b[k], b[static_cast<int>(pivot[k])]);

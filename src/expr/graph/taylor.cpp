@@ -15,7 +15,7 @@ static mpq_class factorial(int k) {
 
 Expr TaylorSeries::derivative(Expr e, int k) {
   for (int order = 0; order <= k; ++order)
-    for (Expr node : topological({&e, 1})) {  // operands first: the recursion stays shallow
+    for (Expr node : topological({&e, 1})) {  // operands first, which keeps the recursion shallow
       poll_interrupt();
       coefficient(node, order);
     }

@@ -24,14 +24,14 @@ void require_square(const MatX& a) {
   if (a.rows() != a.cols()) throw Error(text("the matrix must be square, not ", a.rows(), "×", a.cols()));
 }
 
-/// Numbers without symbols, some of them irrational.
+/// Does the matrix consist of numbers without symbols, some of them irrational?
 bool is_numeric(const MatX& a) {
   for (Expr leaf : leaves(entries(a)))
     if (symbol_of(leaf).kind != Kind::constant) return false;
   return !is_rational(a);
 }
 
-/// "A v = 0 for v = (2, -1)", or the columns that depend on each other where v is long.
+/// "A v = 0 for v = (2, -1)", or the dependent columns if v is long.
 std::string dependency(const MatX& a) {
   const auto v = null_vector(a);
   if (!v) return "its columns depend on each other";
@@ -75,7 +75,7 @@ class Minors {
 
  private:
   const MatX& a_;
-  std::unordered_map<unsigned, Expr> known_;  // the number of columns says at which row the minor starts
+  std::unordered_map<unsigned, Expr> known_;  // the number of columns determines the first row of the minor
 };
 
 Expr determinant_by_minors(const MatX& a) { return Minors(a).of(0, (1u << a.cols()) - 1); }
@@ -95,9 +95,9 @@ MatX adjugate(const MatX& a) {
   return adj;
 }
 
-// ── elimination on the graph, steered by a random point ──
+// ── elimination on the graph, guided by a random point ──
 
-/// [a | …] with the value of every entry at a random point beside it: what is zero there is zero.
+/// [a | …] with the value of every entry at a random point; entries with value zero are zero.
 class Elimination {
  public:
   Elimination(MatX a, std::vector<Residue> values)
@@ -127,8 +127,8 @@ class Elimination {
  private:
   Residue& value(Eigen::Index i, Eigen::Index j) { return values_[j * a_.rows() + i]; }
 
-  /// Identities of roots and functions of numbers, such as √2 √3 = √6, that residues do not know: such an
-  /// entry is zero if it cancels to rounding.
+  /// Does an entry vanish? Also by identities of roots and functions of numbers, such as √2 √3 = √6, which
+  /// residues do not represent: such an entry is zero if it cancels to rounding.
   bool vanishes(Expr e, Residue residue) const {
     return residue.is_zero() || (numbers_ && !e.is_constant() && generic::is_zero(e));
   }
@@ -141,7 +141,8 @@ class Elimination {
       }
   }
 
-  /// Numbers before expressions, then the row with the fewest entries (least fill, as Markowitz).
+  /// The pivot row: numbers before expressions, then the row with the fewest entries (least
+  /// fill, as Markowitz).
   Eigen::Index pivot_row(Eigen::Index first, Eigen::Index c) {
     Eigen::Index best = -1, best_cost = 0;
     for (Eigen::Index i = first; i < a_.rows(); ++i) {
@@ -316,7 +317,7 @@ VecX characteristic(const MatX& a) {
     for (Eigen::Index k = 0; k <= n; ++k) c[k] = Expr(exact[k]);
     return c;
   }
-  // (-1)ᵏcₖ is the sum of the principal minors of order k: no division, nothing to cancel.
+  // (-1)ᵏcₖ is the sum of the principal minors of order k, without divisions or cancellation.
   constexpr Eigen::Index most_rows = 10;  // 2ⁿ principal minors
   if (n > most_rows)
     throw Error(text("the symbolic matrix has ", n, " rows, at most ", most_rows,

@@ -1,4 +1,4 @@
-// The numerical counterpart of linalg.cpp: Eigen, with the errors a person can use.
+// The numerical counterpart of linalg.cpp: Eigen, with error messages for users.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -20,17 +20,17 @@ void require_finite(const Mat& a) {
   if (!a.allFinite()) throw Error("the matrix has entries that are not finite numbers");
 }
 
-/// What computing with an n×n matrix costs: factor n³.
+/// The cost of an operation on an n×n matrix: factor n³.
 double cubic(const Mat& a, double factor) { return factor * std::pow(static_cast<double>(a.rows()), 3); }
 
-/// LU with partial pivoting if the matrix is regular to
-/// working precision, else an error with the null vector.
+/// LU with partial pivoting; throws an error with the null vector if the matrix is singular
+/// to working precision.
 Eigen::PartialPivLU<Mat> regular_lu(const Mat& a) {
   require_square(a);
   require_finite(a);
   Eigen::PartialPivLU<Mat> lu(a);
   if (a.size() == 0) return lu;
-  const bool zero_pivot = (lu.matrixLU().diagonal().array() == 0).any();  // the estimate does not see it
+  const bool zero_pivot = (lu.matrixLU().diagonal().array() == 0).any();  // the estimate ignores it
   const double rcond = zero_pivot ? 0 : lu.rcond();
   if (rcond > std::numeric_limits<double>::epsilon() / 4) return lu;  // NaN fails too
   const Eigen::BDCSVD<Mat> svd(a, Eigen::ComputeFullV);
@@ -89,12 +89,12 @@ std::vector<Mat> sorted_eigensystem(const Mat& a) {
   std::vector<Mat> e{Mat(n, 1), Mat(n, 1), Mat(n, n), Mat(n, n)};
   Eigen::VectorXcd values;
   Eigen::MatrixXcd vectors;
-  if (a == a.transpose()) {  // orthonormal vectors, real values: no rounding into the complex plane
+  if (a == a.transpose()) {  // orthonormal vectors and real values, without rounding into the complex plane
     const Eigen::SelfAdjointEigenSolver<Mat> solver(a);
     values = solver.eigenvalues().cast<std::complex<double>>();
     vectors = solver.eigenvectors().cast<std::complex<double>>();
   } else {
-    const Vec d = balancing(a);  // the error of the iteration is relative to the largest entry
+    const Vec d = balancing(a);  // since the error of the iteration is relative to the largest entry
     const Eigen::EigenSolver<Mat> solver(similar(a, d));
     if (solver.info() != Eigen::Success) throw Failure("the eigenvalue iteration did not converge");
     values = solver.eigenvalues();

@@ -19,19 +19,20 @@ Mat in_doubles(const MatX& a) {
 }
 
 bool before(const Eigenvalue& a, const Eigenvalue& b) {
-  // Surds are compared by their decimal values.
+  // surds are compared by their decimal values
   const auto number = [](Expr e) { return evaluate({&e, 1}, {})[0]; };
   return std::pair(number(a.re), number(a.im)) < std::pair(number(b.re), number(b.im));
 }
 
-/// Eigenvalues that are rational, with multiplicity; `rest` is what is left of the characteristic polynomial.
+/// The rational eigenvalues with multiplicity; `rest` receives the remaining factor of
+/// the characteristic polynomial.
 std::vector<mpq_class> rational_eigenvalues(const MatX& a, std::vector<mpq_class>& rest) {
   rest = rational::characteristic(a);
   const Vec re = eigensystem(in_doubles(a)).re;
   return rational::divide_rational_roots(rest, {re.data(), re.data() + re.size()});
 }
 
-/// √q as k √n with n free of small squares.
+/// √q as k √n with n free of small square factors.
 Expr square_root(const mpq_class& q) {
   mpz_class n = q.get_num() * q.get_den(), k = 1;  // √(a/b) = √(a b)/b
   for (unsigned long p = 2; p < 1000 && mpz_class(p) * p <= n; ++p) {
@@ -55,7 +56,7 @@ void add_quadratic(const std::vector<mpq_class>& p, std::vector<Eigenvalue>& val
 
 // ── exponentials ──
 
-/// a = r s with r rational and a scalar s, if it is of that kind.
+/// Splits a = r s with r rational and a scalar s, if possible.
 struct Scaled {
   MatX r;
   Expr s;
@@ -141,7 +142,7 @@ ExpPolynomial integrate(const mpq_class& lambda, const ExpPolynomial& f) {
       for (std::size_t k = 0; k < q.size(); ++k) slot[k] += q[k];
       continue;
     }
-    q.pop_back();  // q′ + d q = p, from the highest power down; then r(0) = 0 by a multiple of e^{λt}
+    q.pop_back();  // q′ + d q = p, from the highest power down; then r(0) = 0 by adding a multiple of e^{λt}
     for (std::size_t k = p.size(); k-- > 0;)
       q[k] = (p[k] -
               (k + 1 < q.size() ? mpq_class(q[k + 1] * static_cast<unsigned long>(k + 1)) : mpq_class(0))) /
@@ -196,7 +197,7 @@ std::optional<std::vector<Eigenvalue>> exact_eigenvalues(const MatX& a) {
   for (const mpq_class& q : rational_eigenvalues(a, rest)) values.push_back({Expr(q), 0});
   if (rest.size() > 3) return {};
   if (rest.size() == 2)
-    values.push_back({Expr(mpq_class(-rest[1])), 0});  // too large for the doubles it was sought near
+    values.push_back({Expr(mpq_class(-rest[1])), 0});  // too large to be found near its double
   if (rest.size() == 3) add_quadratic(rest, values);
   std::sort(values.begin(), values.end(), before);
   return values;

@@ -1,12 +1,12 @@
-// e^A of a matrix of doubles, with a bound of the error.
+// e^A of a matrix of doubles, with an error bound.
 //
-// Three layers. (1) A diagonal similarity D⁻¹ A D by powers of two makes rows and columns equally large
-// (Parlett & Reinsch, Numer. Math. 13, 1969); it is exact, and e^A = D e^{D⁻¹AD} D⁻¹. (2) Scaling and
-// squaring with Padé approximants after Al-Mohy & Higham (SIAM J. Matrix Anal. Appl. 31(3), 2009), whose
-// choice of the scaling by ‖Aᵏ‖^{1/k} avoids needless squarings; bounds of the rounding errors are carried
-// along entry by entry. (3) Where that bound says that digits were lost (time constants that differ by many
-// decades, or intermediate results much larger than e^A), the Taylor series is summed in multiple precision,
-// with as many bits as the scaling and the growth of the squarings can cost.
+// Three layers. (1) A diagonal similarity D⁻¹ A D by powers of two balances rows and columns (Parlett &
+// Reinsch, Numer. Math. 13, 1969); it is exact, and e^A = D e^{D⁻¹AD} D⁻¹. (2) Scaling and squaring with Padé
+// approximants after Al-Mohy & Higham (SIAM J. Matrix Anal. Appl. 31(3), 2009), who choose the scaling by
+// ‖Aᵏ‖^{1/k} to avoid needless squarings; bounds of the rounding errors are computed entry by entry. (3) If
+// that bound shows a loss of digits (time constants that differ by many decades, or intermediate results much
+// larger than e^A), the Taylor series is summed in multiple precision, with as many bits as scaling and the
+// growth of the squarings can cost.
 #include <gmpxx.h>
 
 #include <array>
@@ -50,7 +50,7 @@ Vec pade_coefficients(int m) {
   return c;
 }
 
-/// Even powers of A, made when they are needed.
+/// Even powers of A, computed on demand.
 class Powers {
  public:
   explicit Powers(const Mat& A) : square_(A * A) { list_ = {Mat::Identity(A.rows(), A.rows()), square_}; }
@@ -66,12 +66,12 @@ class Powers {
   std::vector<Mat> list_;
 };
 
-/// Further squarings that keep the leading error term of [m/m] below the unit roundoff: ℓₘ of Al-Mohy &
-/// Higham (2009), eq. (5.1), with ‖ |A|^{2m+1} ‖₁ by products with a vector.
+/// The number of additional squarings that keep the leading error term of [m/m] below the unit roundoff: ℓₘ
+/// of Al-Mohy & Higham (2009), eq. (5.1), with ‖ |A|^{2m+1} ‖₁ by products with a vector.
 int more_squarings(const Mat& A, int m) {
   const Mat absolute = A.cwiseAbs();
   Vec v = Vec::Ones(A.rows());
-  double scale = 0;  // log₂ of what was taken out of v
+  double scale = 0;  // log₂ of the factors extracted from v
   for (int k = 0; k < 2 * m + 1; ++k) {
     v = absolute.transpose() * v;
     const double largest = v.maxCoeff();
@@ -109,8 +109,8 @@ bool upper_triangular(const Mat& A) {
   return true;
 }
 
-/// e^{λt} on the diagonal and the divided differences beside it directly: squaring would lose their digits
-/// (Al-Mohy & Higham 2009, code fragment 2.1).
+/// Computes e^{λt} on the diagonal and the adjacent divided differences directly, since squaring would lose
+/// their digits (Al-Mohy & Higham 2009, code fragment 2.1).
 void exact_diagonals(Bounded& x, const Mat& A, double t) {
   const Index n = A.rows();
   for (Index i = 0; i < n; ++i) {
@@ -174,7 +174,7 @@ class WideExponential {
     }
   }
 
-  /// Σ Aᵏ/k! until the terms fall below the precision (‖A‖ ≤ 1/2), then s squarings.
+  /// Σ Aᵏ/k! until the terms are below the precision (‖A‖ ≤ 1/2), then s squarings.
   Mat operator()() {
     Wide sum = identity(), term = identity();
     for (unsigned long k = 1; k < 4096; ++k) {
@@ -234,8 +234,8 @@ class WideExponential {
   Wide A_;
 };
 
-/// Taylor's series with growing precision until the rounding errors, 2^{s - bits} times the square of the
-/// largest intermediate result, lie below 2⁻⁶⁰ of every row. Nothing for matrices that are too large for it.
+/// Taylor's series with increasing precision until the rounding errors, 2^{s - bits} times the square of the
+/// largest intermediate result, are below 2⁻⁶⁰ of every row. Empty for matrices that are too large.
 std::optional<Mat> in_multiple_precision(const Mat& A) {
   constexpr Index most_states = 24;
   constexpr unsigned most_bits = 4096;
@@ -255,7 +255,7 @@ std::optional<Mat> in_multiple_precision(const Mat& A) {
   return {};
 }
 
-/// Bounds beyond 12 digits of the row or column in which an entry stands.
+/// Is an error bound larger than 10⁻¹² of the row and column of its entry?
 bool lost_digits(const Bounded& x) {
   constexpr double digits = 1e-12;
   const Mat absolute = x.value.cwiseAbs();
@@ -273,7 +273,7 @@ Mat similar(const Mat& A, const Vec& d) { return d.cwiseInverse().asDiagonal() *
 
 namespace {
 
-/// Off-diagonal sizes in the units found so far.
+/// Off-diagonal sizes in the current units.
 class Balance {
  public:
   explicit Balance(const Mat& A) : B_(A.cwiseAbs()), d_(Vec::Ones(A.rows())), kept_(Vec::Ones(A.rows())) {
@@ -290,8 +290,8 @@ class Balance {
   double column(Index i) const { return B_.col(i).dot(kept_); }
   double row(Index i) const { return B_.row(i).dot(kept_); }
 
-  /// Chains end in states that act on nothing, or on which nothing acts: no loop passes through them, and
-  /// their entries must not move the units of the others (Parlett & Reinsch, Numer. Math. 13, 1969).
+  /// Removes states that act on no other state, or on which none acts: they lie on no cycle, and their
+  /// entries must not change the units of the others (Parlett & Reinsch, Numer. Math. 13, 1969).
   void remove_ends() {
     for (bool found = true; found;) {
       found = false;
@@ -321,7 +321,7 @@ class Balance {
     }
   }
 
-  /// Their entries become as large as those of the others.
+  /// Scales the entries of the removed states to the size of the others.
   void scale_ends(double usual) {
     constexpr int most_binary = 400;
     for (auto end = ends_.rbegin(); end != ends_.rend(); ++end) {
@@ -340,7 +340,7 @@ class Balance {
   }
 
   Mat B_;
-  Vec d_, kept_;  ///< kept: 1 for states that count, else 0
+  Vec d_, kept_;  ///< kept: 1 for states that take part, else 0
   std::vector<Index> ends_;
 };
 
@@ -372,7 +372,7 @@ BoundedExponential bounded_exponential(const Mat& a) {
 }
 
 Mat exponential(const Mat& a) {
-  const double products = 100;  // some twenty, of values and of bounds
+  const double products = 100;  // about twenty, of values and of bounds
   return stoppable(products * std::pow(static_cast<double>(a.rows()), 3),
                    [&] { return std::vector<Mat>{bounded_exponential(a).value}; })[0];
 }

@@ -13,7 +13,8 @@ namespace pendula::linalg {
 
 namespace {
 
-/// Of a factorisation: `factor` times the longer size of A times the square of the shorter one.
+/// Operations of a factorisation: `factor` times the larger dimension of A times the square of
+/// the smaller one.
 double operations(const Mat& A, double factor) {
   const double longer = static_cast<double>(std::max(A.rows(), A.cols()));
   const double shorter = static_cast<double>(std::min(A.rows(), A.cols()));

@@ -3,8 +3,8 @@
 // √T of a triangular T by the recursion of Björck & Hammarling (Linear Algebra Appl. 52/53, 1983). log T by
 // inverse scaling and squaring: square roots until ‖T^{1/2^s} - I‖ is small, then the Padé approximant of
 // log(I + X) as a sum of partial fractions (Higham, Functions of Matrices, 2008, §11.5; Al-Mohy & Higham,
-// SIAM J. Sci. Comput. 34(4), 2012), whose nodes and weights are those of Gauss and Legendre on [0, 1]. The
-// diagonal of log T is log λ itself, and T^{1/2^s} - I is formed on the diagonal without cancellation.
+// SIAM J. Sci. Comput. 34(4), 2012), with the nodes and weights of Gauss–Legendre quadrature on [0, 1]. The
+// diagonal of log T is log λ directly, and the diagonal of T^{1/2^s} - I is formed without cancellation.
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -87,7 +87,8 @@ ComplexMat triangular_log(const ComplexMat& T) {
   return L;
 }
 
-/// Names an eigenvalue on the closed negative real axis. `what`: "logarithm", "square root".
+/// Throws an error that names an eigenvalue on the closed negative real axis. `what`:
+/// "logarithm", "square root".
 void require_principal(const Eigen::VectorXcd& eigenvalues, const Mat& a, const char* what, bool zero) {
   const double tiny = 1e-14 * a.norm();
   for (const Complex z : eigenvalues) {
@@ -99,7 +100,7 @@ void require_principal(const Eigen::VectorXcd& eigenvalues, const Mat& a, const 
   }
 }
 
-/// Operations; a complex one is four.
+/// The number of operations; a complex one counts as four.
 double schur_cost(const Mat& a) { return 100 * std::pow(static_cast<double>(a.rows()), 3); }
 
 template <class Function>

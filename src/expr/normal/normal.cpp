@@ -7,7 +7,7 @@ namespace pendula {
 namespace {
 
 constexpr long power_limit = 64;         // (2x)^n is written 2^n x^n up to this n
-constexpr long simple_denominator = 20;  // 9.81 is not a multiple of 1/100 to a reader
+constexpr long simple_denominator = 20;  // a reader does not take 9.81 as a multiple of 1/100
 
 constexpr unsigned long small_squares[] = {4, 9, 25, 49};
 
@@ -17,7 +17,7 @@ std::size_t combine(std::size_t seed, std::size_t value) {
 
 std::size_t hash_number(double value) { return std::hash<double>()(value); }
 
-/// cos(asin x) counts as much as what it is, √(1 - x²); cos(2 atan x) as (1 - x²)/(1 + x²).
+/// Cost of cos(asin x), equal to that of √(1 - x²), and of cos(2 atan x), equal to that of (1 - x²)/(1 + x²).
 constexpr double arc_tokens = 8;
 bool is_arc(const Atom& a) {
   constexpr Op arcs[] = {Op::asin, Op::acos, Op::atan, Op::asinh, Op::acosh, Op::atanh};
@@ -117,8 +117,8 @@ void NormalForms::collect(Term& term) const {
   term.factors = std::move(merged);
 }
 
-/// What a reader expects otherwise counts more: √2/2 for 1/√2 and √(1/2), 2 √2 for √8,
-/// a b/(a + b) for 1/(1/a + 1/b).
+/// Additional cost of unusual forms: √2/2 is preferred to 1/√2 and √(1/2), 2 √2 to √8, a b/(a + b) to
+/// 1/(1/a + 1/b).
 double NormalForms::irregular_tokens(const Factor& f) const {
   const Atom& a = atoms_[f.atom];
   if (a.kind != AtomKind::sum) return 0;
@@ -248,7 +248,7 @@ Number NormalForms::take_content(Sum& terms) const {
   return c;
 }
 
-/// With ±(a + b) as a and b: what is left of (x + (a + b)/2) when 1/2 is taken out.
+/// Replaces ±(a + b) by its terms; extraction of 1/2 from x + (a + b)/2 leaves such a sum.
 static Sum flattened(const NormalForms& forms, Sum terms) {
   constexpr std::size_t most = 64;
   Sum flat;

@@ -1,12 +1,12 @@
-// From the graph to forms: which nodes need a form of their
-// own, and one sweep over the sum or product below each.
+// From the graph to normal forms: selects the nodes that need a form of their own, and computes each by one
+// sweep over the sum or product below it.
 #include "base/interrupt.hpp"
 #include "expr/normal/normal.hpp"
 
 namespace pendula {
 namespace {
 
-/// n of x^n where n is a whole number that fits comfortably.
+/// The n of x^n if it is an integer of moderate size.
 std::optional<long> whole_exponent(Expr power) {
   const mpq_class* n = exact_value(power.operand(1));
   if (!n || n->get_den() != 1 || !n->get_num().fits_slong_p() || abs(*n) > 1'000'000) return {};
@@ -33,8 +33,7 @@ NormalForms::Role NormalForms::role(Expr e) {
 
 SumId NormalForms::form(Expr e) {
   const std::vector<Expr> order = topological({&e, 1});
-  // A head needs a form of its own: the output, and every
-  // operand that does not continue the sum or product above it.
+  // heads need a form of their own: the output, and operands that do not continue the sum or product above
   std::unordered_map<Expr, bool> head;
   head[e] = true;
   for (Expr node : order) {
@@ -63,7 +62,8 @@ SumId NormalForms::form_of_head(Expr e) {
   }
 }
 
-/// The nodes of the sum (product) that ends in `head`, operands first, up to nodes that have a form already.
+/// The nodes of the sum (product) that ends in `head`, operands first, down to nodes that already
+/// have a form.
 std::vector<Expr> NormalForms::region(Expr head) const {
   const Role r = role(head);
   std::vector<Expr> order;
@@ -145,7 +145,7 @@ SumId NormalForms::form_of_product(Expr e) {
   for (const auto& [base, n] : bases) {
     const auto it = memo_.find(base);
     const bool undefined =
-        it != memo_.end() && sum(it->second).empty() && n < 0;  // 1/(x - x): leave it alone
+        it != memo_.end() && sum(it->second).empty() && n < 0;  // 1/(x - x) is left unchanged
     if (it == memo_.end() || undefined) {
       term.factors.push_back({intern(Atom{AtomKind::opaque, Op::mul, base, {}, {}}), mpq_class(n)});
     } else {

@@ -1,5 +1,5 @@
-// Textbook order of terms and factors, and the expression of a form. The order depends on structure and on
-// the order of declaration of the symbols, never on the ids of operations.
+// Textbook order of terms and factors, and the conversion of a form to an expression. The order depends on
+// structure and on the order of declaration of the symbols, never on the ids of operations.
 #include <numeric>
 
 #include "base/interrupt.hpp"
@@ -9,8 +9,7 @@
 namespace pendula {
 namespace {
 
-constexpr int compared_depth =
-    60;  // deeper differences are decided by the order in which the forms were made
+constexpr int compared_depth = 60;  // deeper differences are decided by the order of creation of the forms
 
 template <class T>
 int three_way(const T& a, const T& b) {
@@ -69,7 +68,7 @@ int NormalForms::compare(AtomId a, AtomId b, int depth) const {
 }
 
 int NormalForms::compare_sums(SumId s, SumId t, int depth) const {
-  poll_interrupt();  // hundreds of thousands of factors that are nested deeply are sorted for minutes
+  poll_interrupt();  // sorting hundreds of thousands of deeply nested factors takes minutes
   if (s == t) return 0;
   if (sum(s).size() != sum(t).size()) return three_way(sum(s).size(), sum(t).size());
   if (sum(s).size() > 64) return three_way(s, t);
@@ -143,7 +142,7 @@ bool NormalForms::term_before(const Term& s, const TermKey& ks, const Term& t, c
   return false;
 }
 
-/// Every sum that `root` is made of, operands first.
+/// All sums inside `root`, operands first.
 std::vector<SumId> NormalForms::below(SumId root, const std::function<bool(SumId)>& skip) const {
   std::vector<SumId> stack{root}, found;
   std::unordered_map<SumId, bool> seen{{root, true}};
@@ -157,13 +156,13 @@ std::vector<SumId> NormalForms::below(SumId root, const std::function<bool(SumId
         for (SumId part : atoms_[f.atom].args)
           if (seen.try_emplace(part, true).second) stack.push_back(part);
   }
-  std::sort(found.begin(), found.end());  // parts are interned before what they are part of
+  std::sort(found.begin(), found.end());  // parts are interned before the sums that contain them
   return found;
 }
 
 const std::vector<std::uint32_t>& NormalForms::order_of(SumId root) const {
   if (const auto it = order_.find(root); it != order_.end()) return it->second;
-  // The sums below come first: a comparison then finds their order ready, and recursion stays shallow.
+  // Inner sums first, so that comparisons find their order ready and recursion stays shallow.
   for (SumId id : below(root, [&](SumId s) { return order_.contains(s); })) {
     const Sum& terms = sum(id);
     std::vector<std::uint32_t> order(terms.size());
@@ -218,7 +217,7 @@ Expr NormalForms::build(AtomId id, const mpq_class& exponent) const {
   return exponent == mpq_class(1, 2) ? sqrt(base) : pow(base, Expr(exponent));
 }
 
-/// Whether -c (x - y) can be written c (y - x).
+/// Can -c (x - y) be written as c (y - x)?
 bool NormalForms::turns(const Term& term) const {
   return std::any_of(term.factors.begin(), term.factors.end(), [&](const Factor& f) { return turns(f); });
 }

@@ -11,20 +11,20 @@ namespace pendula {
 namespace {
 
 #ifdef __SANITIZE_ADDRESS__
-constexpr std::size_t largest_kept = 0;  // every use of freed memory is to be seen
+constexpr std::size_t largest_kept = 0;  // with sanitizers every use of freed memory must be detected
 #else
 constexpr std::size_t largest_kept = 64;
 #endif
 constexpr std::size_t step = 8;  ///< a limb
 constexpr int most_kept = 4096;  ///< of each size
 
-/// Freed pieces of a few limbs, by size. Nearly all rationals have one limb each in numerator and
-/// denominator, and live for one operation: malloc and free were 40 % of the time of simplify.
+/// Free lists of small blocks, by size. Nearly all rationals have one limb each in numerator and denominator
+/// and live for one operation; malloc and free were 40 % of the time of simplify.
 class Kept {
  public:
   static bool is_small(std::size_t size) { return size <= largest_kept && !ended; }
 
-  /// A piece of this size; null if there is none.
+  /// A block of this size; null if there is none.
   void* take(std::size_t size) {
     List& list = lists_[number_of(size)];
     Piece* const piece = list.first;
@@ -33,7 +33,7 @@ class Kept {
     --list.count;
     return piece;
   }
-  /// false: there are enough.
+  /// Keeps a freed block; false if there are enough.
   bool keep(void* memory, std::size_t size) {
     List& list = lists_[number_of(size)];
     if (list.count >= most_kept) return false;
@@ -57,13 +57,13 @@ class Kept {
   };
   static std::size_t number_of(std::size_t size) { return (size + step - 1) / step; }
   std::array<List, largest_kept / step + 1> lists_;
-  static thread_local bool ended;  ///< of numbers that outlive the lists of their thread
+  static thread_local bool ended;  ///< for numbers that outlive the lists of their thread
 };
 
 thread_local bool Kept::ended = false;
 thread_local Kept kept;
 
-/// Pieces are as long as their number says, whatever size in between was asked for.
+/// The full size of a block, whatever smaller size was requested.
 std::size_t whole(std::size_t size) { return size <= largest_kept ? (size + step - 1) / step * step : size; }
 
 void release(void* memory, std::size_t size) {

@@ -14,7 +14,8 @@ namespace pendula {
 namespace {
 
 struct Library {
-  /// Without memory FLINT prints, for which it allocates, and aborts; GMP's functions throw.
+  /// FLINT prints and aborts when memory is exhausted, and allocates to print; the allocation functions
+  /// of GMP throw.
   Library() {
     if (!handle) return;
     const auto all_zero = [](size_t n, size_t size) {

@@ -13,25 +13,25 @@
 namespace pendula {
 namespace {
 
-// Bounds that keep every answer below some ten milliseconds.
+// bounds that limit every computation to about ten milliseconds
 constexpr std::size_t most_generators = 32, most_terms = 600, most_factored_terms = 120;
 constexpr double most_expanded = 20'000;
 constexpr long highest_power = 40, most_factored_degree = 24;
-constexpr int deepest = 2000;  // sums in sums; mostly they have more than most_terms then
+constexpr int deepest = 2000;  // nested sums; deeper ones mostly exceed most_terms
 
-/// Numerator and denominator; not necessarily coprime.
+/// Numerator and denominator, not necessarily coprime.
 struct Fraction {
   Polynomial above, below;
 };
 
-/// A form that is no rational function we want to work on.
+/// Thrown for forms that are not handled as rational functions.
 struct Unsuitable {};
 
 class Conversion {
  public:
   explicit Conversion(NormalForms& forms) : forms_(forms) {}
 
-  /// Finds the generators of the sums that will be converted.
+  /// Finds the generators of the sums to be converted.
   void prepare(std::span<const SumId> sums) {
     if (!have_polynomials()) throw Unsuitable();
     for (SumId s : sums) visit(s);
@@ -64,7 +64,8 @@ class Conversion {
     return {*quotient(f.above, *common), *quotient(f.below, *common)};
   }
 
-  /// The relations applied; as it is where that would be far too long: (Σ dᵢ²)^(3/2) of many bodies.
+  /// p reduced by the relations; unchanged if the result would be far too long, as for (Σ dᵢ²)^(3/2)
+  /// of many bodies.
   Polynomial reduced(const Polynomial& p) const {
     return expanded_terms(p) <= most_expanded ? remainder(p, basis_) : p;
   }
@@ -84,7 +85,7 @@ class Conversion {
   }
 
   Polynomial constant(const mpq_class& c) const { return Polynomial::constant(ring_, c); }
-  /// Whether p is written with a minus first: -p reads better, -1/(a - b).
+  /// Does p start with a minus? Then -p is preferred: -1/(a - b).
   bool leads_with_minus(const Polynomial& p) {
     return forms_.ordered_terms(sum(p))[0].coefficient.sign() < 0;
   }
@@ -94,7 +95,7 @@ class Conversion {
     return forms_.atom(f.atom).kind == AtomKind::sum && f.exponent.get_den() == 1;
   }
 
-  /// Notes the generators; of a root the least common denominator of its exponents.
+  /// Collects the generators; for a root, the least common denominator of its exponents.
   void visit(SumId s, int depth = 0) {
     if (depth > deepest) throw Unsuitable();
     check_stack();
@@ -117,7 +118,7 @@ class Conversion {
     }
   }
 
-  /// Roots before what they are roots of, sines before cosines: the leading terms of the relations.
+  /// Roots before their arguments, sines before cosines: these are the leading terms of the relations.
   bool before(AtomId a, AtomId b) const {
     const auto rank = [&](AtomId x) {
       const Atom& atom = forms_.atom(x);
@@ -132,7 +133,8 @@ class Conversion {
     return forms_.compare(a, b) < 0;
   }
 
-  /// At most so many terms has p when every power of a leading generator is replaced by its relation, once.
+  /// An upper bound of the number of terms of p after replacing every power of a leading generator by
+  /// its relation once.
   double expanded_terms(const Polynomial& p) const {
     double all = 0;
     std::vector<std::pair<std::size_t, Monomial>> leading;
@@ -243,13 +245,13 @@ void append(RationalForm& form, Conversion& conversion, const Polynomial& p, lon
   }
 }
 
-/// The fraction that reads best: relations applied where they shorten it.
+/// The shorter fraction, with or without the relations.
 Fraction shortest(Conversion& conversion, const Fraction& given) {
   const Fraction plain = Conversion::coprime(given);
   const Polynomial above = conversion.reduced(given.above);
   if (above.is_zero()) return {above, plain.below};
   const Polynomial below = conversion.reduced(given.below);
-  if (below.is_zero()) return plain;  // divided by zero: left to those who evaluate it
+  if (below.is_zero()) return plain;  // a division by zero, left to evaluation
   const Fraction other = Conversion::coprime({above, below});
   return other.above.size() + other.below.size() < plain.above.size() + plain.below.size() ? other : plain;
 }

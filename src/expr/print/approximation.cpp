@@ -16,7 +16,7 @@ std::string decimal_approximation(Expr e) {
   try {
     const double value = value_without_cancellation(e, {}).value_or(evaluate({&e, 1}, {})[0]);
     return std::isfinite(value) ? "≈ " + rounded(value, 10) : "";
-  } catch (const Error&) {  // a linear system that is singular
+  } catch (const Error&) {  // a singular linear system
     return "";
   }
 }

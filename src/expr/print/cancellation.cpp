@@ -12,8 +12,7 @@ namespace {
 
 using Real = mpf_class;
 constexpr mp_bitcnt_t bits = 320;
-constexpr double largest_argument =
-    1e4;  // of exp, sin and cos: beyond it nothing finite, or nothing known, comes
+constexpr double largest_argument = 1e4;  // of exp, sin and cos; beyond, results are infinite or unknown
 
 struct Pair {
   Real cos, sin;
@@ -65,7 +64,7 @@ class Values {
  public:
   explicit Values(const std::unordered_map<Expr, double>& leaves) : leaves_(leaves) {}
 
-  /// False where it cannot be told.
+  /// False if it cannot be decided.
   bool add(Expr node) {
     std::optional<Real> value = node.operands().empty() ? leaf(node) : operation(node);
     if (!value) return false;
@@ -157,7 +156,7 @@ std::optional<double> value_without_cancellation(Expr e,
   std::unordered_map<Expr, double> size;
   for (std::size_t k = 0; k < nodes.size(); ++k) size[nodes[k]] = std::fabs(doubles[k]);
   const auto loses = [&](Expr node) {
-    if (node.op() == Op::log) return size[node] < 1e-2;  // of 1 + something small
+    if (node.op() == Op::log) return size[node] < 1e-2;  // of 1 + a small number
     if (node.op() != Op::add && node.op() != Op::sub) return false;
     return size[node] < 1e-2 * std::max(size[node.operand(0)], size[node.operand(1)]);
   };

@@ -1,5 +1,5 @@
-// LaTeX: \ddot{x}, \mathbf{p}_1^\top \mathbf{p}_1, \frac{…}{…},
-// \begin{cases}. The text goes into math mode as it is.
+// LaTeX: \ddot{x}, \mathbf{p}_1^\top \mathbf{p}_1, \frac{…}{…}, \begin{cases}. The text is valid
+// in math mode.
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -15,7 +15,7 @@ namespace {
 
 std::string braced(const std::string& s) { return "{" + s + "}"; }
 
-/// One letter, or a word set upright; Greek names are commands.
+/// A letter, or an upright word; Greek names become commands.
 std::string letters(const std::string& head) {
   if (!greek_letter(head).empty()) return head == "epsilon" || head == "phi" ? "\\var" + head : "\\" + head;
   if (head.size() == 1 || static_cast<unsigned char>(head[0]) >= 0x80) return head;
@@ -39,20 +39,20 @@ std::string dotted(const std::string& head, int order) {
   return order == 0 ? head : order < 4 ? accents[order] + braced(head) : head;
 }
 
-/// For the fourth derivative and beyond the order goes above the line.
+/// From the fourth derivative on, the order is written as a superscript.
 std::string above_line(int order) { return order < 4 ? "" : text("^{(", order, ")}"); }
 
 constexpr std::array angle_functions{"\\sinh", "\\cosh", "\\tanh", "\\sin", "\\cos", "\\tan"};
 
-/// The length of \sin, \cos … at the beginning of one function and nothing else, which takes its exponent
-/// there: \sin^2\theta, \sin^2\left(2 x\right); 0 of anything else.
+/// The length of \sin, \cos … if the piece is a single function call; the exponent is inserted there:
+/// \sin^2\theta, \sin^2\left(2 x\right). 0 for other pieces.
 std::size_t name_of_function(const Piece& p) {
   const std::string& text = p.text;
   for (const char* name : angle_functions) {
     if (p.bind != Bind::atom || !text.starts_with(name)) continue;
     const std::size_t end = std::strlen(name);
     if (text.compare(end, 6, "\\left(") != 0) return text.find("\\left(") == std::string::npos ? end : 0;
-    int depth = 0;  // the parenthesis that is opened first is closed last
+    int depth = 0;  // the first parenthesis must close at the end
     for (std::size_t i = end; i < text.size(); ++i) {
       if (text.compare(i, 6, "\\left(") == 0) ++depth;
       if (text.compare(i, 7, "\\right)") == 0 && --depth == 0) return i + 7 == text.size() ? end : 0;
@@ -61,7 +61,7 @@ std::size_t name_of_function(const Piece& p) {
   return 0;
 }
 
-/// One symbol, with what stands above and below it: no parentheses are needed after \sin.
+/// A single symbol with its sub- and superscripts, which needs no parentheses after \sin.
 bool is_symbol(const Piece& p) {
   return p.bind == Bind::atom && p.text.find_first_of(" (|") == std::string::npos &&
          p.text.find("\\frac") == std::string::npos;
@@ -118,7 +118,7 @@ class Latex final : public Notation {
   }
 
   Piece dot(const Piece& a, const Piece& b) const override {
-    const bool raised = a.bind == Bind::power;  // already has something above the line
+    const bool raised = a.bind == Bind::power;  // has a superscript already
     return {(raised ? parenthesised(a.text) : within(a, Bind::power)) + "^\\top " + within(b, Bind::power),
             Bind::dot};
   }
@@ -188,7 +188,7 @@ class Latex final : public Notation {
     return {dotted(head, order) + below + above_line(order), order < 4 ? Bind::atom : Bind::power};
   }
 
-  /// 1e-09 is 10^{-9} on paper.
+  /// 1e-09 is written as 10^{-9}.
   static NumberText numbers(const Number& magnitude, bool has_factors = false) {
     NumberText n = has_factors ? coefficient_text(magnitude) : number_text(magnitude);
     if (const std::size_t e = n.above.find('e'); e != std::string::npos)

@@ -6,7 +6,7 @@
 
 namespace pendula {
 
-/// Signs that a command shows: sin as three letters, brackets and accents by what they are around.
+/// The width of a command in characters: three for sin; brackets and accents by their contents.
 static int shown_letters(const std::string& command) {
   constexpr std::array functions{"sin",  "cos",  "tan",    "exp",    "log",   "sinh",
                                  "cosh", "tanh", "arcsin", "arccos", "arctan"};

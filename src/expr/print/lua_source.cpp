@@ -1,6 +1,6 @@
-// to_code: an expression as Lua text (print.hpp says which). One pass over the nodes, operands first; the
-// text of an operand is moved into that of its only user, or becomes an entry of the table e where it has
-// several users or would nest too deeply for Lua's parser (limit 200 levels).
+// to_code: an expression as Lua text (defined in print.hpp). One pass over the nodes, operands first. The
+// text of an operand is moved into that of its only user; it becomes an entry of the table e if it has
+// several users or would exceed the nesting limit of Lua's parser (200 levels).
 #include <cstdlib>
 
 #include "base/error.hpp"
@@ -12,7 +12,7 @@ namespace pendula {
 namespace {
 
 constexpr int deepest_inline = 40;
-constexpr double longest_inline = 100;  // nodes of an expression that is written without a table
+constexpr double longest_inline = 100;  // nodes; longer expressions use a table
 
 enum Strength { sums = 1, products = 2, signs = 3, powers = 4, whole = 5 };  // Lua's precedence, ascending
 
@@ -24,8 +24,7 @@ struct Snippet {
 
 std::string quoted(const std::string& name) { return "\"" + name + "\""; }
 
-/// A constant that Lua reads as exactly this one; `exact`:
-/// as an expression even where no other operand is one.
+/// A constant in a form that Lua reads exactly; `exact`: as an expression even if no other operand is one.
 Snippet constant_code(Expr e, bool exact) {
   const mpq_class* q = exact_value(e);
   if (!q) return {shortest(constant_value(e)), constant_value(e) < 0 ? signs : whole};
@@ -107,7 +106,7 @@ class CodeWriter {
     return {entry};
   }
 
-  /// The text of an operand; constants that have only constants beside them must not be computed by Lua.
+  /// The text of an operand; an operation on constants alone must not be computed by Lua.
   Snippet operand(Expr e, bool exact = false) {
     if (e.is_constant()) return constant_code(e, exact);
     return uses_[e] > 1 ? text_[e] : std::move(text_[e]);
@@ -126,8 +125,8 @@ class CodeWriter {
       return applied(named(e.op()), std::move(args));
     }
     Expr a = x[0], b = x.size() > 1 ? x[1] : Expr(0);
-    // Numbers lead products. A sum with a number may fold in
-    // one order of its operands: keep the order that stays.
+    // Numbers precede other factors. A sum with a number may fold in one order of its operands;
+    // keep the other.
     const bool commutes = e.op() == Op::add || e.op() == Op::mul;
     if (e.op() == Op::mul && b.is_constant()) std::swap(a, b);
     if (commutes && make(e.op(), a, b) != e) std::swap(a, b);
@@ -167,7 +166,7 @@ class CodeWriter {
     return s;
   }
 
-  /// func("g")(vec{…}, z), its arguments grouped as they were given.
+  /// func("g")(vec{…}, z), with arguments grouped as in the original call.
   static Snippet application(const FunctionCall& f, std::vector<Snippet> args) {
     std::vector<Snippet> grouped;
     auto next = args.begin();
@@ -185,8 +184,8 @@ class CodeWriter {
     return applied("func(" + quoted(f.name) + ")", std::move(grouped));
   }
 
-  /// A formal partial derivative is taken with respect to
-  /// placeholders, for which the arguments are then substituted.
+  /// A formal partial derivative is formed with respect to placeholders, for which the
+  /// arguments are substituted.
   Snippet call_code(const FunctionCall& f) {
     std::vector<Snippet> args;
     const bool differentiated = std::any_of(f.partial.begin(), f.partial.end(), [](int n) { return n > 0; });
@@ -206,7 +205,7 @@ class CodeWriter {
     return {"subs(" + d.text + ", {" + replacements + "})", whole, depth + 3};
   }
 
-  /// A linear system is solved once, into the table; its components are entries of that column.
+  /// A linear system is solved once, in the table; its components are entries of that column.
   Snippet solution_code(Expr e) {
     if (component_of(e) > 0) return {text(solutions_.at(head_of(e)), "[", component_of(e) + 1, "]")};
     const LinearSystem& system = system_of(e);

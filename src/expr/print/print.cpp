@@ -24,7 +24,7 @@ std::string padded(const std::string& cell, int width, bool right) {
          std::string(static_cast<std::size_t>(free - left), ' ');
 }
 
-/// Columns of numbers flush right, others centred.
+/// Right-aligns columns of numbers, centres others.
 std::string grid(const std::vector<std::vector<std::string>>& cells) {
   const std::size_t rows = cells.size(), columns = rows ? cells[0].size() : 0;
   std::vector<std::string> lines(rows);
@@ -46,7 +46,7 @@ std::string grid(const std::vector<std::vector<std::string>>& cells) {
   return join(lines, "\n");
 }
 
-/// Each column is as wide as its widest entry, with the gap between two.
+/// The width of the grid: the widest entries of the columns plus the gaps.
 int width_of(const std::vector<std::vector<std::string>>& cells) {
   int width = 0;
   for (std::size_t j = 0; !cells.empty() && j < cells[0].size(); ++j) {
@@ -57,8 +57,8 @@ int width_of(const std::vector<std::vector<std::string>>& cells) {
   return width;
 }
 
-/// amsmath's matrices have ten columns at most, an array as many as it says. What is
-/// wider than a page is set small.
+/// amsmath's matrices have at most ten columns, unlike array. A matrix wider than a page is set
+/// in small type.
 std::string bmatrix(const std::vector<std::vector<std::string>>& cells) {
   std::vector<std::string> rows;
   for (const auto& row : cells) rows.push_back(join(row, " & "));

@@ -21,7 +21,7 @@ bool all_digits(const std::string& s) {
   return !s.empty() && s.find_first_not_of("0123456789") == std::string::npos;
 }
 
-/// The powers of 2 and 5 in a denominator; q is a finite decimal where there is nothing else.
+/// The powers of 2 and 5 in a denominator; q is a finite decimal if there is no other factor.
 struct Tens {
   explicit Tens(mpz_class rest) {
     for (; rest % 2 == 0; rest /= 2) ++twos;
@@ -46,7 +46,7 @@ std::string decimal(const mpq_class& q) {
   return digits.insert(digits.size() - static_cast<std::size_t>(places), ".");
 }
 
-/// Ten digits of a number, also of one that no double holds: 2e+400.
+/// Ten digits of a number, which may exceed the range of double: 2e+400.
 std::string ten_digits(const Number& n) {
   constexpr int digits = 10, bits = 128;
   if (!n.exact() || sgn(n.rational()) == 0 || std::isnormal(n.value())) return rounded(n.value(), digits);
@@ -57,7 +57,7 @@ std::string ten_digits(const Number& n) {
          std::to_string(std::labs(exponent - 1));
 }
 
-/// A decimal number of more than six places, such as 3e-9: an exponent reads better.
+/// A decimal number with more than six places, such as 3e-9, which is written with an exponent.
 bool is_long_decimal(const mpq_class& q) {
   const Tens tens(q.get_den());
   return tens.finite && (tens.fives > 6 || (tens.fives > 0 && tens.twos > 6));
@@ -185,7 +185,7 @@ class Unicode final : public Notation {
     return joined ? parenthesised(p.text) : p.text;
   }
 
-  /// Factors side by side; a number after something is kept apart by a dot.
+  /// Factors side by side; a number that follows a factor is separated by a dot.
   std::string juxtaposed(const std::vector<Piece>& factors, Bind least) const {
     std::string text;
     for (const Piece& p : factors) {
@@ -219,7 +219,7 @@ NumberText number_text(const Number& magnitude) {
   if (q.get_den() == 1) return {above.size() <= longest_integer ? above : ten_digits(magnitude), ""};
   const bool five = mpz_divisible_ui_p(q.get_den_mpz_t(), 5) != 0;
   if (is_long_decimal(q)) return {ten_digits(magnitude), ""};
-  constexpr long readable = 1024;  // 1/256 is a power of 1/2, not a measured 0.00390625
+  constexpr long readable = 1024;  // 1/256 is a power of 1/2 instead of a measured 0.00390625
   if (!five && q.get_den() <= readable && above.size() <= longest_integer &&
       number_style != NumberStyle::decimals)
     return {above, q.get_den().get_str()};
@@ -240,7 +240,7 @@ NumberText coefficient_text(const Number& magnitude) {
 
 namespace {
 
-/// Every coefficient in the forms and below them, and whether there is anything else in them.
+/// Properties of all coefficients in the forms, including nested ones.
 struct NumbersOfForms {
   bool all_finite = true, some_five = false, only_numbers = true;
 
@@ -258,7 +258,8 @@ struct NumbersOfForms {
   }
 
  private:
-  /// 2 π/5 is an angle, and 2 √5 x/5 has an exact root in it; 0.314 π is a measured number.
+  /// Is a coefficient exact? 2 π/5 is an angle, and 2 √5 x/5 contains an exact root; 0.314 π is
+  /// a measured number.
   static bool is_exact(const NormalForms& forms, const Term& t) {
     constexpr long most_below = 60;
     const bool root = std::any_of(t.factors.begin(), t.factors.end(), [&](const Factor& f) {

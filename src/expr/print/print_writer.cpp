@@ -9,12 +9,12 @@ namespace {
 
 constexpr double longest = 250'000;  // pieces
 constexpr int deepest = 150;
-// Where a whole is too long or deep, what is nested this far or comes after this many pieces is elided.
+// In expressions that are too long or deep, parts beyond this nesting or number of pieces are elided.
 constexpr int shown_nesting = 8;
 constexpr std::size_t shown_pieces = 400;
 constexpr double small_part = 60;
 
-/// A term that starts a sum with a minus gives way to a positive one; -x² - x + 1 keeps its order.
+/// Moves a positive term to the front of a sum that starts with a minus; -x² - x + 1 keeps its order.
 void positive_first(const NormalForms& forms, std::vector<Item>& list) {
   if (list.size() < 2 || list[0].term.coefficient.sign() > 0) return;
   const Traits first = forms.traits_of(list[0].whole);
@@ -27,8 +27,8 @@ void positive_first(const NormalForms& forms, std::vector<Item>& list) {
   }
 }
 
-/// Vector sums: accelerations and velocities, then what is
-/// constant, then the rest; by textbook order otherwise.
+/// Order of vector sums: accelerations and velocities, then constants, then the rest;
+/// otherwise textbook order.
 int vector_rank(const NormalForms& forms, const Item& item) {
   if (!item.written.empty()) return 3;
   if (item.unit > 0) return 1;
@@ -107,7 +107,7 @@ Piece Writer::item(const Item& item) {
 
 Piece Writer::lift(const Lift& l) {
   std::string text;
-  // Columns stand last in their terms; the first positive one leads.
+  // columns come last in their terms; the first positive one leads
   std::size_t lead = 0;
   while (lead < l.size() && l[lead].scalar.coefficient.sign() < 0) ++lead;
   if (lead == l.size()) lead = 0;
@@ -261,7 +261,7 @@ std::optional<Piece> Writer::in_blocks(const std::vector<SumId>& entries) {
   return {};
 }
 
-/// Operations of an atom, shared parts counted once.
+/// The number of operations of an atom, with shared parts counted once.
 std::size_t Writer::operations(const Atom& a) const {
   std::size_t count = 1;
   if (a.kind == AtomKind::opaque) {

@@ -24,7 +24,7 @@ constexpr Spelling marks[] = {{"''", "_ddot"}, {"''", ".ddot"}, {"'", "_dot"}, {
                               {"3", "₃"},      {"4", "₄"},      {"5", "₅"},    {"6", "₆"},    {"7", "₇"},
                               {"8", "₈"},      {"9", "₉"},      {"", "["},     {"", "]"}};
 
-/// Reads one of the spellings at the beginning of `rest`.
+/// Consumes one of the spellings at the beginning of `rest`.
 template <std::size_t n>
 bool take(std::string_view& rest, const Spelling (&spellings)[n], std::string& out) {
   for (const Spelling& s : spellings)

@@ -6,13 +6,13 @@
 namespace pendula {
 namespace {
 
-/// Position of every term of a sum by its factors, and which of them are taken.
+/// The terms of a sum by their factors, with marks for those in use.
 class Pool {
  public:
   explicit Pool(const std::vector<Term>& terms) : terms_(terms), taken_(terms.size(), false) {
     for (std::size_t i = 0; i < terms.size(); ++i) place_.emplace(hash(terms[i]), i);
   }
-  /// The free term with these factors (collected) and this coefficient.
+  /// A free term with these factors (collected) and this coefficient.
   std::optional<std::size_t> find(const Term& wanted) const {
     const auto [first, last] = place_.equal_range(hash(wanted));
     for (auto it = first; it != last; ++it)
@@ -114,7 +114,7 @@ std::optional<Lift> VectorFinder::lift(AtomId id, int size, int index) {
   return combination;
 }
 
-/// Component j of a lift as an atom, if the forms have it already.
+/// Component j of a lift as an atom, if the forms contain it.
 std::optional<AtomId> VectorFinder::component(const Lift& lift, int j) {
   const auto leaf_of = [&](const Component& c) {
     const Expr base = c.base[j - 1];
@@ -140,7 +140,7 @@ std::vector<VectorFinder::Carrier> VectorFinder::carriers(const Term& term) {
     if (a.kind == AtomKind::leaf) {
       for (const Component& c : components_of(id)) found.push_back({k, c.size, c.index, {{Term{1, {}}, c}}});
     } else if (a.kind == AtomKind::sum && !forms_.sum(a.args[0]).empty()) {
-      const Term first = forms_.sum(a.args[0])[0];  // its leaves say which sizes and indices are possible
+      const Term first = forms_.sum(a.args[0])[0];  // its leaves limit the possible sizes and indices
       for (const Factor& f : first.factors)
         for (const Component& c : std::vector<Component>(components_of(f.atom)))
           if (auto l = lift(id, c.size, c.index)) found.push_back({k, c.size, c.index, std::move(*l)});
@@ -154,13 +154,14 @@ std::vector<VectorFinder::Carrier> VectorFinder::carriers(const Term& term) {
 std::vector<Item> VectorFinder::items(SumId sum) {
   const std::vector<Term> terms = forms_.ordered_terms(sum);
   Pool pool(terms);
-  std::map<std::size_t, Item> found;                                   // by the place of the first term
+  std::map<std::size_t, Item> found;                                   // by the position of the first term
   std::map<int, std::vector<std::size_t>, std::greater<>> candidates;  // by size of column, longest first
-  for (std::size_t i = 0; i < terms.size() && terms.size() > 1; ++i)   // one term is no scalar product
+  // a single term is not a scalar product
+  for (std::size_t i = 0; i < terms.size() && terms.size() > 1; ++i)
     for (const Carrier& c : carriers(terms[i]))
       if (auto& list = candidates[c.size]; list.empty() || list.back() != i) list.push_back(i);
 
-  // The n terms r·aⱼ·bⱼ, if all of them are there.
+  // The n terms r·aⱼ·bⱼ, if all of them occur.
   const auto copies = [&](const Term& rest, const Lift& a, const Lift& b, int n) {
     std::vector<std::size_t> places;
     for (int j = 1; j <= n; ++j) {

@@ -26,7 +26,7 @@ bool has_quotient(Expr e, bool by_sum_only) {
   return false;
 }
 
-/// Whether a factor of numerator or denominator is a sum with such quotients in it.
+/// Does a factor of numerator or denominator contain a sum with quotients?
 bool is_nested(Expr e, bool below = false) {
   check_stack();
   switch (e.op()) {
@@ -46,7 +46,7 @@ bool is_nested(Expr e, bool below = false) {
   }
 }
 
-/// r θ′² - G (m₁ + m₂)/r² and not (r³ θ′² - m₁ G - m₂ G)/r²: divided term by term where that is shorter.
+/// Divides term by term if that is shorter: r θ′² - G (m₁ + m₂)/r² instead of (r³ θ′² - m₁ G - m₂ G)/r².
 Expr divided(Expr fraction) {
   if (fraction.op() != Op::div || has_sum(fraction.operands()[1])) return fraction;
   const Expr terms = simplify(expand(fraction));
@@ -63,7 +63,7 @@ Expr one_fraction(Expr e) {
     const int before = display_width(to_text(e)), after = display_width(to_text(fraction));
     const bool longer = is_sum(e) ? after > before : 2 * after > 3 * before + 40;
     return longer || is_nested(fraction) ? e : fraction;
-  } catch (const Error&) {  // doubles, or no FLINT: e as it is
+  } catch (const Error&) {  // doubles, or no FLINT: e is unchanged
     return e;
   }
 }

@@ -21,7 +21,7 @@ constexpr std::size_t most_expanded_terms = 100'000;
 constexpr double most_expanded_products = 2e6;
 constexpr std::size_t most_rounds = 12;
 constexpr int most_product_rules = 40;
-constexpr long simple_root_denominator = 20;  // √9.81 stays
+constexpr long simple_root_denominator = 20;  // √9.81 is kept
 
 /// The d-th root of a positive rational, if it is rational.
 std::optional<mpq_class> exact_root(const mpq_class& q, unsigned long d) {
@@ -44,7 +44,7 @@ SumId Expander::rewritten_product(Term term) {
   }
   for (const Factor& f : sums) {
     const Sum by = sum(atom(f.atom).args[0]);
-    if (f.exponent > limit_) result.resize(limit_ + 1);  // a power n of a sum has at least n + 1 terms
+    if (f.exponent > limit_) result.resize(limit_ + 1);  // the n-th power of a sum has at least n + 1 terms
     for (mpz_class k = 0; k < f.exponent.get_num(); ++k) {
       poll_interrupt();
       made_ += static_cast<double>(result.size() * by.size());
@@ -66,7 +66,7 @@ SumId Expander::rewritten_product(Term term) {
       whole.push_back(std::move(t));
       continue;
     }
-    const SumId again = rewritten_product(std::move(t));  // √(x + 1) √(x + 1) gave x + 1
+    const SumId again = rewritten_product(std::move(t));  // for example x + 1 from √(x + 1) √(x + 1)
     whole.insert(whole.end(), sum(again).begin(), sum(again).end());
   }
   return intern(std::move(whole));
@@ -193,7 +193,7 @@ Term Simplifier::take_common(Sum& terms) const {
   return common;
 }
 
-/// -4 (c² - a²) = 4 (a² - c²). False if the coefficient is negative and no sum takes its sign.
+/// -4 (c² - a²) = 4 (a² - c²). False if the coefficient is negative and no sum can take its sign.
 bool Simplifier::turn_positive(Term& term) {
   if (term.coefficient.sign() >= 0) return true;
   const auto odd_sum = std::find_if(term.factors.begin(), term.factors.end(), [&](const Factor& f) {
@@ -207,8 +207,8 @@ bool Simplifier::turn_positive(Term& term) {
   return true;
 }
 
-/// (c Π fᵉ)^q with q not whole: c^q goes outside where it is rational, fᵉ where it cannot be negative, as
-/// |f|^(e q); so does a single remaining factor, which cannot be negative where the root is defined.
+/// (c Π fᵉ)^q with non-integer q: c^q moves outside if it is rational, fᵉ if it is nonnegative, as |f|^(e q).
+/// A single remaining factor moves as well, since it is nonnegative where the root is defined.
 void Simplifier::multiply_root(Term& term, SumId base, const mpq_class& q) {
   Sum terms = sum(base);
   if (terms.empty() || (terms.size() == 1 && !turn_positive(terms[0])))
@@ -248,7 +248,7 @@ void Simplifier::multiply_root(Term& term, SumId base, const mpq_class& q) {
     if (!definite && !lone) {
       rest.factors.push_back(f);
     } else if (!even && !inside.is(1) && lone) {
-      rest.factors.push_back(f);  // √(2x) stays together
+      rest.factors.push_back(f);  // √(2x) is kept
     } else if (even) {
       multiply(term, absolute(single(f.atom)), f.exponent * q);
     } else {
@@ -277,7 +277,7 @@ SumId Simplifier::rewritten_product(Term term) {
 namespace {
 
 Expr simplified(Expr e) {
-  // Rounds until nothing changes. If forms alternate, the shortest of them is taken, whichever came first.
+  // repeats until nothing changes; if forms alternate, takes the shortest, whichever came first
   std::vector<std::pair<double, Expr>> seen;
   const auto better = [](const auto& a, const auto& b) {
     return a.first != b.first ? a.first < b.first : to_text(a.second) < to_text(b.second);
@@ -295,13 +295,13 @@ Expr simplified(Expr e) {
       seen.emplace_back(forms.traits(s).tokens, next);
       now = next;
     }
-  } catch (const Error&) {  // something in e is undefined everywhere, such as 1/(x - x)
+  } catch (const Error&) {  // a part of e is undefined everywhere, such as 1/(x - x)
     return e;
   }
 }
 
-/// sin((x + y)/2) of x = 2 x′, y = 2 y′: e with every symbol doubled, where a function
-/// has half of one inside; else e.
+/// If a function contains half a symbol, e with every symbol doubled: sin((x + y)/2) with x = 2 x′, y = 2
+/// y′; otherwise e.
 Expr with_whole_angles(Expr e, std::span<const Expr> nodes) {
   const bool halves = std::any_of(nodes.begin(), nodes.end(), [](Expr node) {
     const mpq_class* q = exact_value(node);
@@ -314,8 +314,8 @@ Expr with_whole_angles(Expr e, std::span<const Expr> nodes) {
   return simplified(substitute(e, doubled));
 }
 
-/// Whether sines, cosines, hyperbolic functions and exponentials cancel by their addition theorems: the value
-/// at a random point of a finite field, which satisfies these, is 0.
+/// Do sines, cosines, hyperbolic functions and exponentials cancel by their addition theorems? They do if the
+/// value at a random point of a finite field that satisfies these theorems is 0.
 bool vanishes_by_addition_theorems(Expr e) {
   constexpr double longest = 400;
   if (e.is_constant() || e.is_symbol() || !is_short(e, longest) || !generic::decided_by_residues({&e, 1}))
@@ -329,7 +329,7 @@ bool vanishes_by_addition_theorems(Expr e) {
     if (generic::is_zero(e)) return true;
     const Expr other = with_whole_angles(e, nodes);
     return other != e && generic::decided_by_residues({&other, 1}) && generic::is_zero(other);
-  } catch (const Error&) {  // divides by what vanishes everywhere
+  } catch (const Error&) {  // divides by an expression that vanishes everywhere
     return false;
   }
 }
@@ -342,7 +342,7 @@ Expr simplified_or_zero(Expr e) {
 }  // namespace
 
 Expr simplify(Expr e) {
-  // Nodes are never changed, so neither are their simple forms, while the order of the symbols stays.
+  // nodes are immutable, and so are their simple forms as long as the order of symbols does not change
   constexpr std::size_t most = 250'000;  // expressions
   static thread_local LruCache<Expr, Expr, std::hash<Expr>, Refers::by_touch> known(most);
   static thread_local RewrittenPatterns patterns;

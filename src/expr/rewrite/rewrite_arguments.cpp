@@ -1,5 +1,5 @@
-// Functions of related arguments in terms of one: multiples of an angle, angles that differ by parts of π,
-// powers of numbers that are products of the same primes.
+// Expresses functions of related arguments by one argument: multiples of an angle, angles that differ by
+// fractions of π, powers of numbers that are products of the same primes.
 #include <algorithm>
 #include <map>
 
@@ -11,8 +11,8 @@ namespace {
 
 constexpr std::size_t most_related_terms = 12;
 
-/// The primes of a positive rational with their exponents; what has no factor below
-/// 1000 counts as one of them.
+/// The primes of a positive rational with their exponents; a remainder without factors below 1000 counts
+/// as a prime.
 std::map<mpz_class, long> primes_of(const mpq_class& q) {
   constexpr unsigned long largest = 1000;
   std::map<mpz_class, long> primes;
@@ -25,7 +25,7 @@ std::map<mpz_class, long> primes_of(const mpq_class& q) {
   return primes;
 }
 
-/// The place of the rational number among the terms of a sum; its size if there is none.
+/// The position of the rational number among the terms of a sum; the size of the sum if there is none.
 std::size_t constant_term(const Sum& sum) {
   const auto it = std::find_if(sum.begin(), sum.end(),
                                [](const Term& t) { return t.factors.empty() && t.coefficient.exact(); });
@@ -55,8 +55,8 @@ std::vector<SumId> Simplifier::with_related_arguments(SumId s) {
   return written;
 }
 
-/// sin 2A, cos 3A … in powers of sin A and cos A, where these occur too: 2 sin x cos x - sin 2x = 0; cos 2x
-/// also alone: 1 - cos 2x = 2 sin² x.
+/// sin 2A, cos 3A … in powers of sin A and cos A, if these occur as well: 2 sin x cos x - sin 2x = 0. Also
+/// for cos 2x alone: 1 - cos 2x = 2 sin² x.
 std::optional<SumId> Simplifier::with_single_angles(SumId s) {
   const Sum terms = sum(s);
   if (terms.size() > most_related_terms) return {};
@@ -65,7 +65,7 @@ std::optional<SumId> Simplifier::with_single_angles(SumId s) {
     for (const Factor& f : t.factors)
       if (is_function(f.atom, Op::sin) || is_function(f.atom, Op::cos))
         angles.push_back(atom(f.atom).args[0]);
-  std::map<SumId, std::pair<SumId, int>> multiples;  // of an angle that occurs, too
+  std::map<SumId, std::pair<SumId, int>> multiples;  // of an angle that occurs as well
   for (SumId a : angles)
     for (int k : {2, 3}) multiples.try_emplace(scaled(a, k), a, k);
   const auto multiple = [&](SumId angle) -> std::optional<std::pair<SumId, int>> {
@@ -106,7 +106,7 @@ std::optional<SumId> Simplifier::with_single_angles(SumId s) {
   return changed ? std::optional(intern(std::move(whole))) : std::nullopt;
 }
 
-/// x + q π as x (with a positive first term), q and the sign of x.
+/// Splits x + q π into x (with a positive first term), q and the sign of x.
 Simplifier::Shifted Simplifier::shifted(SumId angle) {
   Sum terms = sum(angle);
   Shifted result{angle, 0, false};
@@ -120,8 +120,8 @@ Simplifier::Shifted Simplifier::shifted(SumId angle) {
   return result;
 }
 
-/// sin(x + q π), cos(x + q π) in sin x and cos x where several of these angles occur:
-/// sin x + sin(x + 2 π/3) + sin(x + 4 π/3) = 0.
+/// sin(x + q π), cos(x + q π) in terms of sin x and cos x, if several of these angles occur: sin x + sin(x +
+/// 2 π/3) + sin(x + 4 π/3) = 0.
 std::optional<SumId> Simplifier::with_common_shift(SumId s) {
   const Sum terms = sum(s);
   if (terms.size() > most_related_terms) return {};
@@ -129,7 +129,7 @@ std::optional<SumId> Simplifier::with_common_shift(SumId s) {
     return (is_function(f.atom, Op::sin) || is_function(f.atom, Op::cos)) && f.exponent >= 1 &&
            f.exponent.get_den() == 1;
   };
-  std::map<SumId, std::vector<SumId>> angles;  // by what is left without π
+  std::map<SumId, std::vector<SumId>> angles;  // by the part without π
   for (const Term& t : terms)
     for (const Factor& f : t.factors) {
       if (!is_wave(f)) continue;
@@ -167,8 +167,8 @@ std::optional<SumId> Simplifier::with_common_shift(SumId s) {
   return changed ? std::optional(intern(std::move(whole))) : std::nullopt;
 }
 
-/// Powers of numbers as powers of primes where several of these numbers occur, or numbers in exponents:
-/// 8^x/2^x = 2^(2 x), 2^(x + 1) = 2·2^x.
+/// Powers of numbers as powers of primes, if several of these numbers or numbers in exponents occur: 8^x/2^x
+/// = 2^(2 x), 2^(x + 1) = 2·2^x.
 std::optional<SumId> Simplifier::with_common_base(SumId s) {
   const Sum terms = sum(s);
   if (terms.size() > most_related_terms) return {};
@@ -211,7 +211,7 @@ std::optional<SumId> Simplifier::with_common_base(SumId s) {
   return intern(std::move(whole));
 }
 
-/// asinh, acosh and atanh as logarithms where other logarithms occur.
+/// asinh, acosh and atanh as logarithms, if other logarithms occur.
 std::optional<SumId> Simplifier::with_logarithms(SumId s) {
   const Sum terms = sum(s);
   if (terms.size() > most_related_terms) return {};

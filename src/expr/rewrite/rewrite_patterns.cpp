@@ -11,7 +11,7 @@ namespace {
 
 bool is_variable(Expr e) { return e.is_symbol() && symbol_of(e).kind == Kind::variable; }
 
-/// All bases by declaration, or nothing where that is no order.
+/// All bases in the order of declaration; empty if that is not a strict order.
 std::optional<std::vector<Expr>> bases_of(const std::vector<Expr>& nodes) {
   std::vector<std::pair<std::uint64_t, Expr>> found;
   for (Expr e : nodes)

@@ -1,4 +1,4 @@
-// The rules of simplify for products. All of them hold over the reals wherever the left side is defined.
+// The rules of simplify for products. All hold over the reals wherever the left side is defined.
 #include "base/interrupt.hpp"
 #include "expr/polynomial/rational_form.hpp"
 #include "expr/rewrite/rewrite_forms.hpp"
@@ -77,7 +77,7 @@ bool merge_absolutes(Simplifier& s, Term& term) {
   return true;
 }
 
-/// The place of op(argument) among the factors.
+/// The position of op(argument) among the factors.
 std::vector<Factor>::iterator find_function(Simplifier& s, Term& term, Op op, SumId argument) {
   return std::find_if(term.factors.begin(), term.factors.end(), [&](const Factor& f) {
     return s.is_function(f.atom, op) && s.atom(f.atom).args[0] == argument;
@@ -113,7 +113,7 @@ bool tangents(Simplifier& s, Term& term) {
 
 /// (x² - 1)/(x - 1) = x + 1.
 bool divide_sums(Simplifier& s, Term& term) {
-  std::vector<std::size_t> above, below;  // factors that are whole powers of sums
+  std::vector<std::size_t> above, below;  // factors that are integer powers of sums
   for (std::size_t i = 0; i < term.factors.size(); ++i) {
     const Factor& f = term.factors[i];
     if (f.exponent.get_den() != 1 || s.atom(f.atom).kind != AtomKind::sum) continue;
@@ -135,7 +135,7 @@ bool divide_sums(Simplifier& s, Term& term) {
   return false;
 }
 
-/// Whether two sums may have a common factor that is worth looking for.
+/// Can two sums have a common factor worth searching for?
 bool may_share_factor(Simplifier& s, SumId a, SumId b) {
   constexpr std::size_t most = 30;  // terms
   if (s.sum(a).size() > most || s.sum(b).size() > most) return false;
@@ -173,7 +173,7 @@ bool cancel_common_factors(Simplifier& s, Term& term) {
   return false;
 }
 
-/// The highest powers below the line in the terms of a sum, as positive exponents.
+/// The highest powers in the denominators of the terms of a sum, as positive exponents.
 std::vector<Factor> denominators(const Sum& terms) {
   std::vector<Factor> below;
   for (const Term& t : terms)
@@ -189,7 +189,7 @@ std::vector<Factor> denominators(const Sum& terms) {
   return below;
 }
 
-/// 1/(1/a + 1/b) = a b/(a + b), a b (1/a - 1/b) = b - a, where that is not longer.
+/// 1/(1/a + 1/b) = a b/(a + b), a b (1/a - 1/b) = b - a, unless that is longer.
 bool clear_denominators(Simplifier& s, Term& term) {
   for (std::size_t i = 0; i < term.factors.size(); ++i) {
     const Factor f = term.factors[i];
@@ -218,7 +218,8 @@ bool clear_denominators(Simplifier& s, Term& term) {
   return false;
 }
 
-/// (1 + √3)/(1 - √3) = -2 - √3: a sum of two roots below the line by its conjugate, where that is not longer.
+/// (1 + √3)/(1 - √3) = -2 - √3: multiplies a sum of two roots in the denominator by its conjugate, unless
+/// that is longer.
 bool rationalise(Simplifier& s, Term& term) {
   const auto numeric = [&](const Factor& f, int exponent) {
     return f.exponent == exponent && s.atom(f.atom).kind == AtomKind::sum &&
@@ -249,7 +250,7 @@ bool rationalise(Simplifier& s, Term& term) {
   return false;
 }
 
-/// The largest k with k² | n, by trial division; n itself is left as n/k².
+/// The largest k with k² | n, by trial division; n is replaced by n/k².
 mpz_class square_part(mpz_class& n) {
   constexpr unsigned long largest = 1000;
   mpz_class root = 1;
@@ -261,7 +262,7 @@ mpz_class square_part(mpz_class& n) {
   return root;
 }
 
-/// √2 √6 = 2 √3, 1/√2 = √2/2, √8 = 2 √2: one root of a whole number without square factors.
+/// √2 √6 = 2 √3, 1/√2 = √2/2, √8 = 2 √2: combines roots into one root of a squarefree integer.
 bool collect_square_roots(Simplifier& s, Term& term) {
   mpz_class inside = 1, below = 1;
   std::vector<AtomId> roots;
@@ -288,7 +289,7 @@ bool collect_square_roots(Simplifier& s, Term& term) {
   return true;
 }
 
-/// √(2 + √2) √(2 - √2) = √2: roots of numbers with roots in them under one root.
+/// √(2 + √2) √(2 - √2) = √2: combines nested roots of numbers into one root.
 bool merge_nested_roots(Simplifier& s, Term& term) {
   const auto nested = [&](const Factor& f) {
     return abs(f.exponent) == mpq_class(1, 2) && s.atom(f.atom).kind == AtomKind::sum &&

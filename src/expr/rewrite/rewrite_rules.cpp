@@ -1,4 +1,4 @@
-// The rules of simplify for functions. All of them hold over the reals wherever the left side is defined.
+// The rules of simplify for functions. All hold over the reals wherever the left side is defined.
 #include <cmath>
 
 #include "expr/graph/angle.hpp"
@@ -46,8 +46,8 @@ SumId one_and_square(Simplifier& s, SumId y, int c) {
   return s.intern(std::move(sum));
 }
 
-/// A function of an inverse function as an algebraic term, which repeats the
-/// argument: where that is not longer.
+/// A function of an inverse function as an algebraic term, which repeats the argument; only if that
+/// is not longer.
 std::optional<SumId> unless_longer(Simplifier& s, Op op, const Args& x, Term value) {
   const SumId algebraic = s.product(std::move(value));
   const bool longer = s.traits(algebraic).tokens > s.traits(s.single(s.function_atom(op, x))).tokens;
@@ -144,7 +144,7 @@ std::optional<SumId> hyperbolic_of_inverse(Simplifier& s, Op op, const Args& x) 
   return unless_longer(s, op, x, std::move(value));
 }
 
-/// exp(c log x) = x^c; for numbers x also where c has symbols: exp(t log 2) = 2^t.
+/// exp(c log x) = x^c; if x is a number, also for symbolic c: exp(t log 2) = 2^t.
 std::optional<SumId> power_of_log(Simplifier& s, Op op, const Args& x) {
   const Sum& sum = s.sum(x[0]);
   if (op != Op::exp || sum.size() != 1 || !sum[0].coefficient.exact()) return {};
@@ -190,7 +190,7 @@ std::optional<SumId> log_of_symbolic_power(Simplifier& s, AtomId power) {
   return s.product(std::move(product));
 }
 
-/// The greatest q > 0 of which all exponents are whole multiples, with the sign of the first.
+/// The greatest q > 0 of which all exponents are integer multiples, with the sign of the first.
 mpq_class common_exponent(const Term& term) {
   mpz_class num = 0, den = 1;
   for (const Factor& f : term.factors) {
@@ -202,8 +202,8 @@ mpq_class common_exponent(const Term& term) {
   return term.factors[0].exponent > 0 ? q : mpq_class(-q);
 }
 
-/// log(x^q) = q log x where x must be positive for x^q to be: q odd or not whole; log(√x √y) = log(x y)/2;
-/// with even q for x > 0, else log(1/x²) = -log(x²).
+/// log(x^q) = q log x if x^q requires a positive x (odd or non-integer q): log(√x √y) = log(x y)/2. For even
+/// q only if x > 0; otherwise log(1/x²) = -log(x²).
 std::optional<SumId> log_of_power(Simplifier& s, Op op, const Args& x) {
   const Sum& sum = s.sum(x[0]);
   if (op != Op::log || sum.size() != 1) return {};
@@ -263,17 +263,17 @@ std::optional<SumId> absolute_value(Simplifier& s, Op op, const Args& x) {
   return s.product(outside);
 }
 
-/// sin, cos, tan of q π with 0 ≤ q ≤ 1/2 and a sign; nothing where q is there already.
+/// sin, cos, tan of q π, reduced to 0 ≤ q ≤ 1/2 and a sign; empty if q is in that range already.
 std::optional<SumId> in_first_quadrant(Simplifier& s, Op op, const mpq_class& half_turns) {
   const mpz_class whole = half_turns.get_num() / (2 * half_turns.get_den());
   mpq_class q = half_turns - 2 * mpq_class(whole);
   bool minus = false;
   if (q < 0) q += 2;
-  if (q > 1) {  // by π: all but the tangent change their sign
+  if (q > 1) {  // shift by π: all except the tangent change their sign
     q -= 1;
     minus = op != Op::tan;
   }
-  if (2 * q > 1) {  // the reflection at π/2
+  if (2 * q > 1) {  // reflection at π/2
     q = 1 - q;
     minus = minus != (op != Op::sin);
   }
@@ -301,7 +301,7 @@ std::optional<SumId> angle_of_wave(Simplifier& s, Op op, SumId x) {
   return s.scaled(s.single(s.leaf_atom(pi())), Number(q));
 }
 
-/// asin, acos and atan at the values that sin and tan have at known angles: √2/2, (1 + √5)/4, 2 - √3, …
+/// asin, acos and atan at values of sin and tan at known angles: √2/2, (1 + √5)/4, 2 - √3, …
 std::optional<SumId> angles_of_radicals(Simplifier& s, Op op, const Args& x) {
   if (op != Op::asin && op != Op::acos && op != Op::atan) return {};
   if (const auto angle = angle_of_wave(s, op, x[0])) return angle;

@@ -1,4 +1,5 @@
-// Shorter forms of a sum: multiplied out where terms then cancel, grouped where a factor is common.
+// Searches for shorter forms of a sum: products are multiplied out if terms then cancel, and grouped if they
+// have a common factor.
 #include <cmath>
 
 #include "base/interrupt.hpp"
@@ -8,7 +9,8 @@
 namespace pendula {
 namespace {
 
-constexpr std::size_t searched_terms = 200;    // longer sums are collected, but not searched for factors
+// longer sums are collected, but not searched for common factors
+constexpr std::size_t searched_terms = 200;
 constexpr std::size_t multiplied_terms = 500;  // per product
 constexpr std::size_t multiplied_products = 12;
 constexpr std::size_t grouping_factors = 24;
@@ -61,7 +63,7 @@ std::optional<Sum> Simplifier::multiplied_out(const Term& term, std::size_t limi
       done.push_back(std::move(t));
     } else {
       const SumId inside = atom(it->atom).args[0];
-      if (it->exponent > limit) return {};  // a step for each power, even where the sum has one term
+      if (it->exponent > limit) return {};  // one step per power, even if the sum has one term
       it->exponent -= 1;
       if (it->exponent == 0) t.factors.erase(it);
       for (const Term& part : sum(inside)) {
@@ -103,7 +105,7 @@ std::optional<SumId> Simplifier::exact_quotient(SumId a, SumId b) {
 
 // ── candidates ─────────────────────────────────────────────────────────────────────────────────────────────
 
-/// The products multiplied out: the shortest one, the two shortest, …
+/// The products multiplied out: the shortest one, the two shortest, and so on.
 void Simplifier::expanded(SumId s, std::vector<SumId>& candidates) {
   const std::vector<Term> terms = ordered_terms(s);
   std::vector<std::pair<double, std::size_t>> sizes;
@@ -148,8 +150,8 @@ SumId Simplifier::with_grouped(const Sum& terms, const std::vector<Factor>& comm
   return intern(std::move(rest));
 }
 
-/// A factor common to all terms; terms that differ in their
-/// parameters only, as in (M + m) x″; a common denominator.
+/// Groups terms by a common factor, terms that differ in their parameters only, as in (M + m) x″, or by
+/// a common denominator.
 void Simplifier::grouped(SumId s, std::vector<SumId>& candidates) {
   const std::vector<Term> terms = ordered_terms(s);
   if (terms.size() < 2) return;
@@ -185,8 +187,8 @@ void Simplifier::grouped(SumId s, std::vector<SumId>& candidates) {
   work_ += static_cast<double>(terms.size() * candidates.size());
 }
 
-/// One quotient of coprime polynomials in factors over ℚ: 1/(x - 1) - 1/(x + 1) = 2/((x - 1) (x + 1)), and
-/// x² + 2 x y + y² = (x + y)². Nothing where it is not likely to be shorter, or costs more than it is worth.
+/// One quotient of coprime polynomials in factors over ℚ: 1/(x - 1) - 1/(x + 1) = 2/((x - 1) (x + 1)), and x²
+/// + 2 x y + y² = (x + y)². Empty if it is unlikely to be shorter or too expensive.
 std::optional<SumId> Simplifier::in_factors(SumId s) {
   constexpr std::size_t fewest = 2, most = 12;
   constexpr double longest = 120;  // tokens

@@ -1,5 +1,5 @@
-// Rules for pairs of terms of a sum: squares of sine and cosine, products of them at two
-// angles, logarithms, arcs, fractions.
+// Rules for pairs of terms of a sum: squares of sine and cosine, their products at two angles, logarithms,
+// inverse functions, fractions.
 #include <algorithm>
 
 #include "expr/graph/mix.hpp"
@@ -20,7 +20,7 @@ std::uint64_t hash_of_atoms(const Term& t) {
   return h;
 }
 
-/// The terms but for two of them.
+/// The terms without these two.
 Sum without_two(const OrderedTerms& terms, Index i, Index j) {
   Sum rest;
   for (Index k = 0; k < terms.size(); ++k)
@@ -170,8 +170,8 @@ std::optional<Sum> Simplifier::by_logarithms(const OrderedTerms& terms) {
   return {};
 }
 
-/// c R asin u + c R acos u = c R π/2, c R atan u + c R atan(1/u) = c R π sign(u)/2. Numbers a, b of one sign
-/// before asin and acos: what one of them has more than the other stays.
+/// c R asin u + c R acos u = c R π/2, c R atan u + c R atan(1/u) = c R π sign(u)/2. With coefficients a, b of
+/// one sign before asin and acos the excess of the larger one remains.
 std::optional<Sum> Simplifier::by_arcs(const OrderedTerms& terms) {
   for (Index i = 0; i < terms.size(); ++i)
     for (const Factor& f : terms[i].factors) {
@@ -243,7 +243,8 @@ SumId Simplifier::by_sum_rules(SumId id) {
   return id;
 }
 
-/// a + b/(c + d) = (a (c + d) + b)/(c + d) for one denominator that is a sum, the numerator multiplied out.
+/// a + b/(c + d) = (a (c + d) + b)/(c + d) for a single denominator that is a sum; the numerator
+/// is multiplied out.
 std::optional<SumId> Simplifier::over_common_denominator(SumId s) {
   const std::vector<Term> terms = ordered_terms(s);
   constexpr std::size_t most = 12;

@@ -9,7 +9,7 @@ namespace pendula {
 
 bool is_short(Expr e, double nodes) {
   std::vector<Expr> open{e};
-  for (double seen = 1; !open.empty(); ++seen) {  // of the tree; of a long one no more than what decides
+  for (double seen = 1; !open.empty(); ++seen) {  // counts nodes of the tree, up to the deciding number
     const std::span<const Expr> operands = open.back().operands();
     open.pop_back();
     if (seen + static_cast<double>(open.size() + operands.size()) > nodes) return false;

@@ -161,7 +161,7 @@ std::optional<double> first_sign_change(const Polynomial& p) {
     low = high;
     high *= 2;
   }
-  // The smallest zero lies in (low, high]: halve until it is alone, then by sign.
+  // The smallest zero lies in (low, high]: bisect until it is isolated, then by sign.
   while (variations_at(chain, low) - variations_at(chain, high) > 1) {
     const mpq_class middle = (low + high) / 2;
     (at_zero == variations_at(chain, middle) ? low : high) = middle;

@@ -97,7 +97,7 @@ double nearest_double(const Real& value) {
   const double toward_zero = value.get_d();  // mpf truncates
   const double away = std::nextafter(toward_zero, sgn(value) < 0 ? -std::numeric_limits<double>::infinity()
                                                                  : std::numeric_limits<double>::infinity());
-  if (!std::isfinite(away)) return away;  // GMP aborts where a Real is made of an infinity
+  if (!std::isfinite(away)) return away;  // GMP aborts if a Real is constructed from an infinity
   const mp_bitcnt_t bits = value.get_prec() + 64;
   const Real below(abs(value - Real(toward_zero, bits)), bits), above(abs(Real(away, bits) - value), bits);
   return above < below ? away : toward_zero;

@@ -13,7 +13,7 @@ long common_radicand(const Surd& x, const Surd& y) {
   return x.is_rational() ? y.radicand() : x.radicand();
 }
 
-/// √n = factor·√d with square-free d. Nothing if n is too large to be factored by trial.
+/// √n = factor·√d with square-free d. Empty if n is too large for trial division.
 std::optional<Surd> root_of_integer(mpz_class n) {
   if (n < 0 || n > mpz_class("1000000000000")) return {};
   mpz_class factor = 1;

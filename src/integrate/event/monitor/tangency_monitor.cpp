@@ -65,7 +65,7 @@ std::optional<Stop> TangencyMonitor::after(const MonitoredStep& step) {
   return stop;
 }
 
-/// g| inside a step; 0 where the equations have no solution.
+/// |g| inside a step; 0 where the equations have no solution.
 double TangencyMonitor::size_between(std::size_t which, const Point& from, const Point& to, double share) {
   const Point* at = inside(from, to, share);
   return at ? std::fabs(value_at(which, *at)) : 0;
