@@ -5,7 +5,7 @@
 namespace pendula {
 namespace {
 
-/// Eigen's own.
+/// Eigen's own product.
 template <class A, class B>
 Eigen::Product<A, B> product(const A& a, const B& b) {
   return {a, b};
@@ -37,7 +37,7 @@ MatrixOf<S> column_times_row(View<VectorOf<S>> a, View<VectorOf<S>> b) {
 
 template <Number S>
 RowOf<S> row_times_matrix(View<VectorOf<S>> a, View<MatrixOf<S>> B, bool B_transposed) {
-  return matrix_times_vector<S>(B, !B_transposed, a).transpose();  // as Eigen does
+  return matrix_times_vector<S>(B, !B_transposed, a).transpose();  // like Eigen
 }
 
 template <Number S>

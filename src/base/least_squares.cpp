@@ -23,7 +23,7 @@ class Steps {
       if (sigma_[i] <= accuracy * sigma_[0]) sigma_[i] = c_[i] = 0;
   }
 
-  /// ½‖q‖² over the directions in which V changes: the decrease that a full step promises.
+  /// ½‖q‖² over the directions in which V changes: the predicted decrease of a full step.
   double promise() const { return 0.5 * c_.squaredNorm(); }
   double promise(double lambda) const {
     double sum = 0;
@@ -37,8 +37,8 @@ class Steps {
   double length(double lambda) const { return coordinates(lambda).norm(); }
   Vec step(double lambda) const { return (svd_.matrixV() * coordinates(lambda)).cwiseQuotient(D_); }
 
-  /// λ with ‖D p(λ)‖ = radius to 10 %, 0 where the full step is not longer: Newton's method on 1/‖D p(λ)‖,
-  /// which is concave, from the left (Moré 1977, §5; Nocedal & Wright, §4.3).
+  /// λ with ‖D p(λ)‖ = radius to within 10 %, 0 if the full step is not longer: Newton's method on 1/‖D
+  /// p(λ)‖, which is concave, from the left (Moré 1977, §5; Nocedal & Wright, §4.3).
   double damping(double radius) const {
     double lambda = 0, size = length(0);
     if (size <= 1.1 * radius) return 0;
@@ -140,10 +140,10 @@ class Search {
     }
   }
 
-  /// What it means that no step is left.
+  /// The verdict if no further step is possible.
   Ending verdict(const Steps& steps, bool refused) const {
     if (steps.promise() <= 10 * options_.noise * std::fabs(at_.value)) return Ending::converged;
-    // an error ε of V hides a minimum that is √ε away; where V itself is rounding, ε is all of it
+    // an error ε of V hides a minimum at distance √ε; if V itself is rounding, ε is V
     if (!refused && steps.length(0) <= std::sqrt(options_.noise) * size(out_.theta)) return Ending::converged;
     return refused ? Ending::boundary : Ending::stalled;
   }
@@ -171,13 +171,13 @@ class Search {
     next = newton_model(next.value, g, B);
   }
 
-  /// In a narrow valley, where JᵀJ is right but steps are short, updates that do not end soon only do harm.
+  /// In a narrow valley, where JᵀJ is accurate but steps are short, prolonged updates do harm.
   bool learns() const {
     const int enough = 20 + 10 * static_cast<int>(out_.theta.size());
     return slow_ > most_slow && slow_ <= most_slow + enough && forgotten_ < most_forgotten;
   }
 
-  /// A verdict is given with the curvature JᵀJ only: back to it.
+  /// Returns to the curvature JᵀJ, on which every verdict is based.
   bool forget_curvature() {
     if (auto fresh = V_(out_.theta)) at_ = std::move(*fresh);
     slow_ = 0;
@@ -196,7 +196,7 @@ class Search {
   double radius_ = -1;                                     // Δ
   double last_ = std::numeric_limits<double>::infinity();  // length of the last accepted step
   int forgotten_ = 0;
-  int slow_ = 0;  // accepted steps that hardly shrank, in a row
+  int slow_ = 0;  // consecutive accepted steps that hardly shrank
 };
 
 }  // namespace

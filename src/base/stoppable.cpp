@@ -22,7 +22,7 @@ namespace {
 using Matrices = std::vector<Eigen::MatrixXd>;
 using Work = std::function<Matrices()>;
 
-constexpr double long_work = 1e9;  // operations; 0.2 s at the 5 GFlop/s of code for any x86-64
+constexpr double long_work = 1e9;  // operations; 0.2 s at 5 GFlop/s, typical of portable x86-64 code
 
 enum class Answer : char { matrices, error, failure, no_memory };
 
@@ -58,9 +58,9 @@ bool send_matrices(int out, const Matrices& matrices) {
 
 [[noreturn]] void be_child(int out, pid_t parent, const Work& work) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(1);  // it ended before the line above
+  if (getppid() != parent) _exit(1);  // the parent may have ended before the call above
   for (int signal : {SIGTERM, SIGHUP, SIGPIPE}) std::signal(signal, SIG_DFL);
-  std::signal(SIGINT, SIG_IGN);  // the terminal sends it to both; the parent ends this process
+  std::signal(SIGINT, SIG_IGN);  // the terminal signals both processes; the parent ends this one
   bool sent = false;
   try {
     sent = send_matrices(out, work());
@@ -83,7 +83,7 @@ class Child {
   Child& operator=(const Child&) = delete;
   ~Child() {
     close(in_);
-    kill(pid_, SIGKILL);  // after an error or Ctrl-C; else it is ending anyway
+    kill(pid_, SIGKILL);  // after an error or Ctrl-C; otherwise it is ending anyway
     while (waitpid(pid_, nullptr, 0) < 0 && errno == EINTR) continue;
   }
 
@@ -105,12 +105,12 @@ class Child {
   }
 
  private:
-  /// Up to `size` bytes; 0 at the end.
+  /// Reads up to `size` bytes; 0 at the end.
   std::size_t some(void* bytes, std::size_t size) {
     while (true) {
       poll_interrupt();
       pollfd waiting{in_, POLLIN, 0};
-      if (poll(&waiting, 1, 50) <= 0) continue;  // a signal between the look and the wait costs 50 ms
+      if (poll(&waiting, 1, 50) <= 0) continue;  // a signal between the check and the wait delays by 50 ms
       const ssize_t n = read(in_, bytes, size);
       if (n >= 0) return static_cast<std::size_t>(n);
       if (errno != EINTR) return 0;

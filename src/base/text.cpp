@@ -65,7 +65,7 @@ std::string rounded(double value, int digits) {
 
 std::string nearest_word(std::string_view word, const std::vector<std::string>& candidates) {
   const std::string* best = nullptr;
-  if (word.size() < 2) return "";  // any letter is as near as any other
+  if (word.size() < 2) return "";  // any letter is equally near
   int best_distance = std::max<int>(1, static_cast<int>(word.size()) / 3) + 1;
   for (const auto& candidate : candidates) {
     const auto gap = static_cast<long>(candidate.size()) - static_cast<long>(word.size());

@@ -1,4 +1,4 @@
-// Systems in series, in parallel and in loops.
+// Systems in series, in parallel and in feedback loops.
 #include <algorithm>
 
 #include "base/error.hpp"
@@ -26,7 +26,7 @@ std::string time_clause(const System& g) {
                                g.Ts.is_constant() ? pendula::rounded(constant_value(g.Ts)) : to_text(g.Ts));
 }
 
-/// Of two systems that are connected; a gain has no time of its own.
+/// The sampling time of two connected systems; a static gain has none of its own.
 Expr common_time(const System& a, const System& b) {
   if (a.Ts == b.Ts) return a.Ts;
   if (is_static(a) && a.continuous()) return b.Ts;
@@ -35,7 +35,7 @@ Expr common_time(const System& a, const System& b) {
                    time_clause(b), "; convert one with c2d(G, Ts) or d2c(G)"));
 }
 
-/// State space where one of them is, else fractions.
+/// Is the result in state space? If one of the systems has states, otherwise fractions.
 bool in_state_space(const System& a, const System& b) {
   return has_states(a) || has_states(b) || (a.form == Form::ss && b.form == Form::ss);
 }
@@ -222,7 +222,7 @@ System power(const System& g, int n) {
 
 namespace {
 
-/// a and b with their inputs (`right`) or outputs side by side.
+/// a and b with inputs (`right`) or outputs concatenated.
 System stacked(const System& a, const System& b, bool right) {
   const Expr Ts = common_time(a, b);
   if (right ? a.outputs != b.outputs : a.inputs != b.inputs)

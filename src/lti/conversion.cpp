@@ -1,4 +1,4 @@
-// State space to fractions and back.
+// Conversion between state space and fractions.
 #include "lti/system.hpp"
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 namespace pendula::lti {
 namespace {
 
-constexpr int most_states = 40;  // of exact polynomials
+constexpr int most_states = 40;  // limit for exact polynomials
 
 /// det(sI - A) and C adj(sI - A) B, row by row.
 struct Resolvent {
@@ -26,7 +26,7 @@ struct Resolvent {
 // N₀ = I, cₖ = -tr(A Nₖ₋₁)/k, Nₖ = A Nₖ₋₁ + cₖ I:  det(sI - A) = Σ cₖ sⁿ⁻ᵏ, adj(sI - A) = Σ Nₖ sⁿ⁻¹⁻ᵏ
 // (Faddeev & LeVerrier; Gantmacher, The Theory of Matrices I, §IV.5)
 
-/// On integers: A = M/d, so that no fraction is reduced on the way.
+/// In integers, A = M/d, which avoids reducing fractions.
 Resolvent of_rationals(const dae::RationalMatrix& A, const dae::RationalMatrix& B,
                        const dae::RationalMatrix& C) {
   const int n = A.rows(), m = B.cols(), p = C.rows();
@@ -99,8 +99,8 @@ Resolvent of_symbols(const MatX& A, const MatX& B, const MatX& C) {
 
 std::string roots_text(const Polynomial& p, const char* variable) { return "(" + to_text(p, variable) + ")"; }
 
-/// Leading coefficients c A^{k-1} b of a numerator that are rounding errors of the entries become 0: smaller
-/// than 64 ε of the same product of absolute values. Behind the first one that is not, nothing is changed.
+/// Sets leading coefficients c A^{k-1} b of a numerator to 0 if they are rounding errors: smaller than 64 ε
+/// of the same product of absolute values. Stops at the first coefficient that is not.
 void drop_rounding(Polynomial& num, const StateSpace& g, Index i, Index j) {
   if (!g.D(i, j).is_zero()) return;
   const Mat A = numbers(g.A).cwiseAbs();

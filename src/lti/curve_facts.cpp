@@ -6,7 +6,7 @@
 namespace pendula::lti {
 namespace {
 
-/// The first time at which the line through the samples reaches `level` from `from` on.
+/// The first time at which the interpolated curve reaches `level`.
 std::optional<double> crossing(const Vec& t, const Vec& y, double level) {
   for (Index k = 0; k < t.size(); ++k) {
     if (y[k] >= level && k == 0) return t[0];

@@ -17,7 +17,7 @@
 namespace pendula::lti {
 namespace {
 
-/// u = F y + E v closed around h: y as a function of v.
+/// Closes u = F y + E v around h and solves for y as a function of v.
 System interconnected(const System& given, const MatX& F, const MatX& E) {
   const System h = to_ss(given);
   const MatX I = MatX::Identity(h.outputs, h.outputs);
@@ -35,7 +35,7 @@ DelaySystem as_general(const DelaySystem& g) {
   return {to_ss(g.core), {}, false};
 }
 
-/// Places of the channels of [a; b] appended: a's outer, a's inner, b's outer, b's inner.
+/// Offsets of the channels after appending [a; b]: a's outer, a's inner, b's outer, b's inner.
 struct Layout {
   int outer_a, inner_a, outer_b, inner_b;
   int a(int i) const { return i; }
@@ -45,8 +45,8 @@ struct Layout {
   int size() const { return outer_a + inner_a + outer_b + inner_b; }
 };
 
-/// Both systems side by side with u = F y + E v for their outer inputs, and the outer outputs M y.
-/// v: the inputs of the whole.
+/// Both systems combined, with u = F y + E v for their outer inputs and the outer outputs M y; v are the
+/// inputs of the result.
 DelaySystem combined(
     const DelaySystem& ga, const DelaySystem& gb, int inputs,
     const std::function<void(MatX& F, MatX& E, MatX& M, const Layout& in, const Layout& out)>& wire,
@@ -256,7 +256,7 @@ Vec bode_frequencies(const DelaySystem& g) {
 
 namespace {
 
-/// ω from low to high, so dense that the argument of f turns by less than 0.3 from one to the next.
+/// A grid of ω from low to high on which the argument of f changes by less than 0.3 per step.
 std::vector<double> following(const std::function<Complex(double)>& f, double low, double high) {
   std::vector<double> out{low};
   double step = 1.02;
@@ -275,7 +275,7 @@ std::vector<double> following(const std::function<Complex(double)>& f, double lo
   return out;
 }
 
-/// Where f, of different signs at a and b, is zero.
+/// A zero of f, which has different signs at a and b.
 double zero_between(const std::function<double(double)>& f, double a, double b) {
   const double sign = f(a) < 0 ? -1 : 1;
   for (int k = 0; k < 80; ++k) {
@@ -285,7 +285,8 @@ double zero_between(const std::function<double(double)>& f, double a, double b) 
   return std::sqrt(a * b);
 }
 
-/// Poles of the rational part at 0 or to the right of it; loops with delay have no finite list.
+/// Numbers of poles of the rational part in the right half-plane and at 0; loops with delays
+/// have infinitely many.
 std::pair<int, int> open_loop_poles(const DelaySystem& g) {
   int right = 0, origin = 0;
   for (const dae::Mode& m : poles(g.core)) {
@@ -331,7 +332,7 @@ Margins margins(const DelaySystem& g) {
       }
     }
   }
-  if (!plain(g)) return m;  // loops inside have poles of their own
+  if (!plain(g)) return m;  // inner loops have poles of their own
   const auto [right, origin] = open_loop_poles(g);
   const auto loop = [&](double w) { return 1.0 + at(w); };
   const auto path = following(loop, low, high);

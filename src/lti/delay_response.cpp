@@ -13,12 +13,13 @@ namespace {
 
 constexpr Index stages = 8;
 
-/// Gauss's nodes on [0, 1] with the matrix and weights of the collocation method, and barycentric weights.
+/// Gauss nodes on [0, 1] with the matrix and weights of the collocation method, and barycentric weights.
 struct Collocation {
   Vec c, b, barycentric;
   Mat A;
   Collocation() : c(stages), b(stages), barycentric(stages), A(stages, stages) {
-    // zeros of the Legendre polynomial: eigenvalues of Jacobi's matrix (Golub & Welsch, Math. Comp. 23, 1969)
+    // zeros of the Legendre polynomial: eigenvalues of the Jacobi matrix (Golub & Welsch, Math.
+    // Comp. 23, 1969)
     Mat J = Mat::Zero(stages, stages);
     for (Index k = 1; k < stages; ++k) {
       const auto n = static_cast<double>(k);
@@ -83,7 +84,7 @@ class MethodOfSteps {
     panels_.push_back({from, to, C_ * X + D_ * v});
   }
 
-  /// [y; z] at a time that has been reached; left continuous at the ends of panels.
+  /// [y; z] at a time already computed; left-continuous at the ends of panels.
   Vec at(double t) const {
     const auto after = std::lower_bound(panels_.begin(), panels_.end(), t,
                                         [](const Panel& p, double value) { return p.to < value; });
@@ -125,10 +126,10 @@ class MethodOfSteps {
   double factored_ = -1;
 };
 
-/// Times up to `end` at which a corner of u can arrive: sums of delays.
+/// Times up to `end` at which a discontinuity of u can arrive: sums of delays.
 std::vector<double> arrivals(const std::vector<double>& corners, const std::vector<double>& delays,
                              double end) {
-  constexpr int smooth = 8;  // each passage smooths by one derivative
+  constexpr int smooth = 8;  // each pass gains one derivative
   std::vector<double> all = corners, last = corners;
   for (int k = 0; k < smooth && all.size() < 20000; ++k) {
     std::vector<double> next;
@@ -181,7 +182,7 @@ Mat run(const DelaySystem& g, const std::function<Vec(double)>& u, const Vec& t,
     steps.advance(ends[k], ends[k + 1]);
   }
   for (Index k = 0; k < t.size(); ++k)
-    // right of a jump, as responses without delay are: a step is there at t = 0
+    // right-continuous, like responses without delay: a step has occurred at t = 0
     y.row(k) = steps.at(std::min(end, t[k] + 1e-13 * end)).head(g.outputs()).transpose();
   return y;
 }
@@ -198,7 +199,7 @@ Response empty_response(const DelaySystem& g, const std::string& kind, const Vec
   System shape = make_gain(MatX::Zero(g.outputs(), g.inputs()));
   r.system = std::make_shared<const System>(std::move(shape));
   r.t = t;
-  r.settles = true;  // nothing is claimed of its poles
+  r.settles = true;  // no statement about its poles
   return r;
 }
 

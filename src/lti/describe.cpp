@@ -1,4 +1,4 @@
-// Linear systems on paper: the block table of a state space, fractions with a rule, factors.
+// Text of linear systems: the block table of a state space, fractions with a rule, factors.
 #include <algorithm>
 
 #include "base/counted.hpp"
@@ -11,10 +11,10 @@
 namespace pendula::lti {
 namespace {
 
-constexpr int widest = 24;  // states, inputs or outputs that are written out
+constexpr int widest = 24;  // states, inputs or outputs up to which a table is printed
 
-/// A constant as it is, or rounded where it is a decimal number or its text is
-/// longer than the digits that fit.
+/// A constant in exact form, or rounded if it is a decimal number or its exact form is longer than
+/// the digits available.
 std::string number_text(Expr e, bool decimals, int digits = 10) {
   std::string exact = pendula::to_text(e);
   const bool fits = display_width(exact) <= digits + 2;
@@ -54,7 +54,7 @@ std::string repeated(const char* mark, int times) {
 std::string block_table(const System& g) {
   const int n = g.ss.order(), m = g.inputs, p = g.outputs;
   const bool decimals = field(g) == Field::numeric;
-  const int digits = n + m > 5 ? 5 : 10;  // so that the table fits a terminal
+  const int digits = n + m > 5 ? 5 : 10;  // limits the table to the width of a terminal
   std::vector<std::vector<std::string>> cells(static_cast<std::size_t>(n + p + 1));
   cells[0].push_back("");
   for (int j = 0; j < n; ++j) cells[0].push_back(state_name(g, j));
@@ -103,7 +103,7 @@ std::string state_space(const System& g) {
 std::string factors_text(const std::vector<std::pair<Expr, Expr>>& zeros, const std::string& variable,
                          bool latex, bool alone) {
   std::vector<std::pair<std::string, int>> list;
-  std::vector<std::pair<Expr, Expr>> alone_yet;  // complex zeros whose conjugates have not come
+  std::vector<std::pair<Expr, Expr>> alone_yet;  // complex zeros whose conjugate has not been found yet
   for (const auto& zero : zeros) {
     const Expr re = zero.first, im = zero.second;
     const auto conjugate = std::find_if(alone_yet.begin(), alone_yet.end(), [&](const auto& z) {

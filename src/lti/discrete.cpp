@@ -21,7 +21,7 @@ MatX chosen(const std::optional<MatX>& exact, const char* what) {
   return *exact;
 }
 
-/// Can Mⁿ be 0? tr M = Σ λ and tr M² = Σ λ² say no of almost every other matrix, at the price of one product.
+/// Can Mⁿ be 0? tr M = Σ λ and tr M² = Σ λ² exclude almost every other matrix at the cost of one product.
 bool may_be_nilpotent(const MatX& M) {
   const dae::RationalMatrix m = rational(M);
   mpq_class trace = 0, squares = 0;
@@ -32,7 +32,7 @@ bool may_be_nilpotent(const MatX& M) {
   return trace == 0 && squares == 0;
 }
 
-/// e^{M Ts}: exact where M is nilpotent or something is symbolic, else in doubles.
+/// e^{M Ts}: exact if M is nilpotent or something is symbolic, else in doubles.
 MatX sampled_exponential(const MatX& M, Expr Ts) {
   if (field(M) == Field::symbolic || !Ts.is_constant())
     return chosen(transition(M, Ts), "the matrix exponential");
@@ -68,8 +68,8 @@ MatX in_units(MatX M, const Vec& d) {
   return M;
 }
 
-/// M⁻¹, computed in the units of the states in which M is balanced: the companion matrix of a transfer
-/// function in nanoseconds has entries 1e9ⁿ apart.
+/// M⁻¹, computed for the balanced matrix: the companion matrix of a transfer function in nanoseconds has
+/// entries 1e9ⁿ apart.
 std::optional<MatX> inverse(const MatX& M) {
   if (field(M) == Field::symbolic) return solve(M, identity(M.rows()));
   const Vec d = linalg::balancing(numbers(M));
@@ -111,8 +111,8 @@ Complex product_at(Complex s, const std::vector<std::pair<Expr, Expr>>& roots) {
   return p;
 }
 
-/// Every pole and zero goes to e^{s Ts}, all but one of the zeros at infinity to -1; the gain is that of G at
-/// s = 0, or at the first multiple of 0.1/Ts that is neither pole nor zero (Franklin, Powell & Workman,
+/// Maps every pole and zero to e^{s Ts}, and all but one of the zeros at infinity to -1; the gain is that of
+/// G at s = 0, or at the first multiple of 0.1/Ts that is neither pole nor zero (Franklin, Powell & Workman,
 /// Digital Control of Dynamic Systems, 3rd ed., §6.2).
 System by_matching(const System& given, double Ts) {
   if (!given.siso()) throw Error("\"matched\" is for one input and one output; choose G:channel(i, j)");
@@ -141,8 +141,8 @@ System by_matching(const System& given, double Ts) {
   return converted;
 }
 
-/// Every pulse train Ts g(k Ts) with G proper has the factor z (partial fractions give z/(z - e^{p Ts})):
-/// what else stands at the end of a numerator is rounding.
+/// Every pulse train Ts g(k Ts) with G proper has the factor z (partial fractions give z/(z - e^{p Ts})); any
+/// other last coefficient of a numerator is a rounding error.
 System with_zeros_at_the_origin(System h) {
   for (Fraction& f : h.tf)
     if (!f.num.empty()) {
@@ -164,14 +164,14 @@ System named_like(System h, const System& g) {
   return h;
 }
 
-/// Do all parameters have values?
+/// Do all parameters have default values?
 bool has_values(const System& g) {
   const std::vector<Expr> all = entries(g);
   const auto list = leaves(all);
   return std::all_of(list.begin(), list.end(), [](Expr leaf) { return symbol_of(leaf).value.has_value(); });
 }
 
-/// log(I + N) = N - N²/2 + … for nilpotent N; nothing otherwise.
+/// log(I + N) = N - N²/2 + … for nilpotent N; otherwise empty.
 std::optional<MatX> unipotent_logarithm(const MatX& M) {
   const Index n = M.rows();
   const MatX N = tidy(MatX(M - identity(n)));
@@ -185,7 +185,7 @@ std::optional<MatX> unipotent_logarithm(const MatX& M) {
   return {};
 }
 
-/// Entries that are rounding errors become 0: small in the units of the states in which L is balanced.
+/// Sets entries to 0 that are rounding errors: small after balancing L.
 Mat without_rounding(Mat L) {
   const Vec d = linalg::balancing(L);
   const Vec inverse = d.cwiseInverse();

@@ -30,7 +30,7 @@ MatX of_rational(const dae::RationalMatrix& A, Expr t) {
   return tidy(result);
 }
 
-/// A = R s: s is the first entry that is not rational, without its rational factor.
+/// A = R s, where s is the first irrational entry without its rational factor.
 std::optional<std::pair<MatX, Expr>> common_factor(const MatX& A) {
   for (Index k = 0; k < A.size(); ++k) {
     const Expr s = A.data()[k];
@@ -58,7 +58,7 @@ std::optional<MatX> nilpotent(const MatX& A, Expr t) {
 }
 
 /// Newton's form of the interpolation polynomial: e^{At} = Σₖ f[λ₁, …, λₖ] Π_{j<k} (A - λⱼI), f(λ) = e^{λt}
-/// (Higham, Functions of Matrices, 2008, eq. (1.10)); equal eigenvalues stand side by side.
+/// (Higham, Functions of Matrices, 2008, eq. (1.10)); equal eigenvalues are adjacent.
 MatX newton_form(const MatX& A, std::vector<Expr> lambda, Expr t) {
   const auto n = lambda.size();
   for (std::size_t i = 0; i < n; ++i) {  // group equal ones
@@ -67,7 +67,7 @@ MatX newton_form(const MatX& A, std::vector<Expr> lambda, Expr t) {
       if (lambda[j] == lambda[i]) std::swap(lambda[next++], lambda[j]);
     i = next - 1;
   }
-  std::vector<Expr> f;  // f[λᵢ, …, λᵢ₊ₖ] for all i, k growing
+  std::vector<Expr> f;  // f[λᵢ, …, λᵢ₊ₖ] for all i, with increasing k
   for (Expr l : lambda) f.push_back(exp(simplify(l * t)));
   MatX total = scaled(f[0], MatX::Identity(A.rows(), A.cols())), factor = MatX::Identity(A.rows(), A.cols());
   Expr factorial = 1;
@@ -85,7 +85,7 @@ MatX newton_form(const MatX& A, std::vector<Expr> lambda, Expr t) {
   return tidy(total);
 }
 
-/// The sign of e for positive symbols at several points, or 0 where it varies.
+/// The sign of e for positive symbols at several points; 0 if it varies.
 int sign_for_positive(Expr e) {
   const auto symbols = leaves({&e, 1});
   int sign = 0;
@@ -104,14 +104,14 @@ int sign_for_positive(Expr e) {
   return sign;
 }
 
-/// √e for an even function of it: b for b².
+/// √e for use in even functions, where b for b² suffices.
 Expr even_root(Expr e) {
   if (e.op() == Op::pow && e.operand(1) == Expr(2)) return e.operand(0);
   return simplify(sqrt(e));
 }
 
-/// e^{At} = e^{μt} (cos(ωt) I + sin(ωt)/ω (A - μI)), μ = tr A/2, ω² = det A - μ²;
-/// with cosh and sinh where ω² < 0.
+/// e^{At} = e^{μt} (cos(ωt) I + sin(ωt)/ω (A - μI)), μ = tr A/2, ω² = det A - μ²; with cosh and sinh if
+/// ω² < 0.
 std::optional<MatX> two_by_two(const MatX& A, Expr t) {
   const Expr mu = simplify((A(0, 0) + A(1, 1)) / 2);
   const Expr square = simplify(A(0, 0) * A(1, 1) - A(0, 1) * A(1, 0) - mu * mu);
@@ -219,15 +219,15 @@ VecX symbolic_solution(const System& g, const VecX& x0, const VecX& u) {
   return tidy(MatX(product(*Phi, MatX(x0 - at_zero)) + x_p));
 }
 
-/// Of numbers, π and what is made of them.
+/// Does e consist of numbers and π?
 bool is_number(Expr e) {
   const std::vector<Expr> inside = leaves({&e, 1});
   return std::all_of(inside.begin(), inside.end(),
                      [](Expr x) { return symbol_of(x).kind == Kind::constant; });
 }
 
-/// Where inputs switch: the c > 0 of conditions lt(t, c), ascending; nothing without ifelse, or
-/// where it asks for something else.
+/// The times at which inputs switch: the c > 0 of conditions lt(t, c), ascending. Empty without ifelse, or if
+/// other conditions occur.
 std::optional<std::vector<Expr>> switching_times(const VecX& u) {
   std::vector<Expr> times;
   bool switches = false;
@@ -243,7 +243,7 @@ std::optional<std::vector<Expr>> switching_times(const VecX& u) {
   return times;
 }
 
-/// u where its conditions are what they are at t = `inside`.
+/// u with its conditions evaluated at t = `inside`.
 VecX branch_at(VecX u, double inside) {
   for (;;) {
     Substitution chosen;
@@ -257,7 +257,7 @@ VecX branch_at(VecX u, double inside) {
   }
 }
 
-/// From one switching time to the next, each piece from the end of the one before.
+/// The solution between consecutive switching times, each piece starting from the end of the previous one.
 VecX solution_by_pieces(const System& g, VecX start, const VecX& u, const std::vector<Expr>& times) {
   const Expr t = time_symbol();
   std::vector<VecX> pieces;
@@ -294,16 +294,16 @@ VecX solution(const System& given, const VecX& x0, const VecX& u) {
                      g.inputs == 1 ? " input" : " inputs"));
   if (n == 0) return VecX(0);
   if (const auto times = switching_times(u)) return solution_by_pieces(g, x0, u, *times);
-  for (Expr input : u) groups_of(input);  // what has no closed form is refused
+  for (Expr input : u) groups_of(input);  // rejects inputs without a closed form
   if (field(g.ss.A) == Field::symbolic) {
     const std::vector<Expr> all = entries(g);
     const auto symbols = leaves(all);
     const bool values =
         std::all_of(symbols.begin(), symbols.end(), [](Expr s) { return symbol_of(s).value.has_value(); });
     if (!values || transition(g.ss.A, time_symbol())) return symbolic_solution(g, x0, u);
-    return solution(with_numbers(g), x0, u);  // no closed form: with the default values
+    return solution(with_numbers(g), x0, u);  // no closed form: uses default values
   }
-  // The pencil of x′ = A x + f(t) knows the rest.
+  // The pencil of x′ = A x + f(t) handles the other cases.
   dae::LinearForm form;
   form.E = dae::RationalMatrix::identity(n);
   form.A = rational(g.ss.A);

@@ -18,8 +18,8 @@ double sampling(const System& g) { return g.continuous() ? 0 : number(g.Ts); }
 
 Complex point(double w, double Ts) { return Ts > 0 ? std::polar(1.0, w * Ts) : Complex(0, w); }
 
-/// Many values of one system: state spaces by the complex Schur form, O(n²) per
-/// frequency, fractions by Horner's rule.
+/// Evaluates one system at many frequencies: state spaces by the complex Schur form, O(n²) per frequency,
+/// fractions by Horner's rule.
 class Evaluator {
  public:
   explicit Evaluator(const System& given) : g_(with_numbers(given)), Ts_(sampling(g_)) {
@@ -122,7 +122,7 @@ Vec bode_frequencies(const System& given) {
   const double decades = std::log10(high / low);
   const int count = static_cast<int>(std::clamp(60 * decades, 200.0, 1000.0));
   for (int k = 0; k <= count; ++k) w.push_back(low * std::pow(high / low, static_cast<double>(k) / count));
-  for (const auto& [centre, zeta] : list) {  // a resonance is as wide as its damping
+  for (const auto& [centre, zeta] : list) {  // the width of a resonance is its damping
     const double width = std::max(zeta, 1e-4);
     if (zeta < 0.5)
       for (int k = -20; k <= 20; ++k) w.push_back(centre * std::exp(width * k * std::fabs(k) / 50.0));
@@ -168,8 +168,8 @@ Vec phase(const ComplexVec& G) {
 
 namespace {
 
-/// arg(at(ω) - z) relative to ω = 0, for a zero or pole z that is not there itself. Roots on the axis
-/// (circle) count as stable ones.
+/// arg(at(ω) - z) relative to ω = 0, for a zero or pole z away from that point. Roots on the axis (circle)
+/// count as stable.
 double turn(Complex z, double w, double Ts) {
   constexpr double on_axis = 1e-9;
   if (Ts == 0) {
@@ -180,7 +180,7 @@ double turn(Complex z, double w, double Ts) {
   return std::arg((point(w, Ts) - z) / (1.0 - z));
 }
 
-/// The continuous phase in degrees at all ω from poles, zeros and the sign of the gain at low frequencies.
+/// The continuous phase in degrees at all ω, from poles, zeros and the sign of the gain at low frequencies.
 std::optional<Vec> sheet(const System& given, const Vec& w) {
   constexpr int largest_order = 60;
   if (order(given) > largest_order) return {};
@@ -244,7 +244,7 @@ Vec phase(const FrequencyResponse& r, int i, int j) {
 
 namespace {
 
-/// G(∞) of one channel; nothing where it is infinite.
+/// G(∞) of one channel; empty if it is infinite.
 std::optional<double> feedthrough(const System& g) {
   if (g.form == Form::ss) return numbers(g.ss.D)(0, 0);
   const System f = to_tf(g);
@@ -295,7 +295,8 @@ Margins margins(const System& given) {
       }
     }
   }
-  // The ends of the curve, where G is real: a pole of the closed loop crosses the axis there, too.
+  // The ends of the curve, where G is real, count as well: a pole of the closed loop may cross
+  // the axis there.
   const auto consider_end = [&](double frequency, double value) {
     if (!(value < 0) || !std::isfinite(value)) return;
     if (m.gain && std::fabs(std::log(-1 / value)) >= std::fabs(std::log(*m.gain))) return;
@@ -313,7 +314,7 @@ Margins margins(const System& given) {
 
 std::string describe(const Margins& m) {
   const auto r = [](double v) { return pendula::rounded(v, 6); };
-  const auto level = [](double v, int digits) {  // of dB and degrees: below 1e-9 is the error of bisection
+  const auto level = [](double v, int digits) {  // values below 1e-9 are errors of the bisection
     return std::fabs(v) < 1e-9 ? std::string("0") : pendula::rounded(v, digits);
   };
   std::string out;
@@ -341,8 +342,8 @@ double peak_at(const Evaluator& at, double w) {
   return G.size() == 0 ? 0 : Eigen::JacobiSVD<ComplexMat>(G).singularValues()[0];
 }
 
-/// Frequencies at which a singular value of G(iω) equals gamma: imaginary
-/// eigenvalues of the Hamiltonian matrix.
+/// Frequencies at which a singular value of G(iω) equals gamma: the imaginary eigenvalues of
+/// the Hamiltonian matrix.
 std::vector<double> level_frequencies(const System& g, double gamma) {
   const Mat A = numbers(g.ss.A), B = numbers(g.ss.B), C = numbers(g.ss.C), D = numbers(g.ss.D);
   const Mat R = gamma * gamma * Mat::Identity(g.inputs, g.inputs) - D.transpose() * D;
@@ -383,7 +384,7 @@ PeakGain hinf_norm(const System& given) {
   };
   const Vec grid = bode_frequencies(g);
   for (Index k = 0; k < grid.size(); ++k) consider(grid[k]);
-  if (!g.continuous()) {  // golden sections around the best grid point
+  if (!g.continuous()) {  // golden section search around the best grid point
     double a = best.at * 0.97, b = std::min(best.at * 1.03, M_PI / at.Ts());
     const double ratio = (std::sqrt(5.0) - 1) / 2;
     for (int k = 0; k < 100 && best.at > 0; ++k) {

@@ -15,9 +15,10 @@
 namespace pendula::lti {
 namespace {
 
-constexpr int most_pencil = 60;  // unknowns of an exact pencil
+constexpr int most_pencil = 60;  // unknowns up to which an exact pencil is used
 
-/// A computed value carries the tolerance of the start (1e-10): a short decimal nearby is what was meant.
+/// Replaces a computed value, accurate to the tolerance of the start (1e-10), by a short decimal nearby if
+/// there is one.
 Expr snapped(double v, double scale) {
   if (std::fabs(v) <= 1e-14 * scale) return 0;
   const std::string digits = pendula::rounded(v, 12);
@@ -26,7 +27,7 @@ Expr snapped(double v, double scale) {
   return significant <= 8 ? parse_number(digits) : Expr(v);
 }
 
-/// All leaves of the model at the start.
+/// The values of all leaves of the model at the start.
 class Point {
  public:
   Point(const dae::Model& model, const dae::ConsistentState& at) {
@@ -48,7 +49,7 @@ class Point {
   }
   bool at_rest() const { return motion_ <= 1e-8; }
 
-  /// Entries at the point, constants.
+  /// Evaluates entries at the point.
   std::vector<Expr> operator()(const std::vector<Expr>& list) const {
     std::vector<Expr> out = substitute(list, values_);
     for (Expr& e : out)
@@ -107,7 +108,7 @@ Expansion expand(const dae::Model& model, const Point& point, const std::vector<
   x.outputs = static_cast<int>(outputs.size());
   std::vector<Expr> all = model.residuals;
   all.insert(all.end(), outputs.begin(), outputs.end());
-  // Derivatives of inputs that the model contains are inputs of their own.
+  // Derivatives of inputs that occur in the model are separate inputs.
   for (Expr leaf : leaves(all))
     if (symbol_of(leaf).order > 0 &&
         std::find(inputs.begin(), inputs.end(), symbol_of(leaf).base) != inputs.end() &&
@@ -145,7 +146,7 @@ Expansion expand(const dae::Model& model, const Point& point, const std::vector<
   return x;
 }
 
-/// Rank decisions on doubles: rows and columns brought to size 1.
+/// Is a matrix of doubles regular after equilibration?
 bool regular(const MatX& m) {
   if (m.rows() == 0) return true;
   if (field(m) == Field::exact && m.rows() <= 60) return linalg::rank(m) == static_cast<int>(m.rows());
@@ -229,7 +230,7 @@ dae::LinearForm linear_form(const Expansion& x) {
   return f;
 }
 
-/// Rows of t, the states, that are independent; in their order, those in `first` before the others.
+/// Independent rows of t (one per state), in their order, with the states in `first` preferred.
 std::vector<int> independent_rows(const Mat& t, int states, const std::vector<bool>& first) {
   const Index k = t.cols();
   Mat basis(0, k);
@@ -256,7 +257,7 @@ dae::RationalMatrix rows_of(const dae::RationalMatrix& m, const std::vector<int>
   return out;
 }
 
-/// The slow part of the pencil in coordinates that are variables of the model.
+/// The slow part of the pencil, in coordinates that are variables of the model.
 System by_pencil(const Expansion& x, const std::vector<Expr>& outputs) {
   const dae::LinearForm form = linear_form(x);
   if (form.size() > most_pencil)
@@ -339,8 +340,8 @@ MatX tangent(const MatX& J, int n) {
   return expressions(Mat(lu.kernel()));
 }
 
-/// Away from rest: the form "acc" x′ = f(x), whose solutions stay on 0 = C(x). Its deviations are tangent to
-/// that, δx = V δξ with some of the variables as ξ, and δξ′ is what f says of these variables.
+/// Away from rest, uses the form "acc" x′ = f(x), whose solutions stay on 0 = C(x). Deviations are tangent to
+/// it, δx = V δξ with some of the variables as ξ, and δξ′ follows from the rows of f for these variables.
 System along_trajectory(const dae::ModelPtr& model, const dae::ConsistentState& at,
                         const LinearizeRequest& request) {
   const dae::ModelPtr low = dae::reduce(model, "acc");

@@ -25,7 +25,7 @@ Field field(std::span<const Expr> entries) {
 
 MatX product(const MatX& a, const MatX& b) {
   PENDULA_ASSERT(a.cols() == b.rows(), "a product of matrices whose sizes differ");
-  constexpr Index large = 10'000;  // products of numbers; fewer keep their order of summation
+  constexpr Index large = 10'000;  // products of numbers; smaller ones keep their order of summation
   if (a.size() * b.cols() > large && common(field(a), field(b)) == Field::numeric)
     return expressions(Mat(numbers(a) * numbers(b)));
   MatX c = MatX::Zero(a.rows(), b.cols());

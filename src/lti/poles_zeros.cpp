@@ -15,7 +15,7 @@ namespace pendula::lti {
 namespace {
 
 using dae::RationalMatrix;
-constexpr int most_exact = 30;  // states of exact characteristic polynomials
+constexpr int most_exact = 30;  // states up to which characteristic polynomials are exact
 
 std::vector<dae::Mode> sorted(std::vector<dae::Mode> list) {
   std::stable_sort(list.begin(), list.end(), [](const auto& a, const auto& b) {
@@ -29,8 +29,8 @@ std::vector<dae::Mode> eigenvalues(const Mat& given) {
   if (given.rows() == 0) return list;
   const Mat m = linalg::similar(given, linalg::balancing(given));
   const auto e = linalg::eigensystem(m);
-  // Parts below the backward error of the eigenvalue iteration are rounding: a pole
-  // on the axis is printed there.
+  // Parts below the backward error of the eigenvalue iteration are rounding errors, so that a pole on the
+  // axis is printed there.
   const double rounding =
       4 * static_cast<double>(m.rows()) * std::numeric_limits<double>::epsilon() * m.norm();
   for (Index k = 0; k < e.re.size(); ++k) {
@@ -47,13 +47,13 @@ std::vector<dae::Mode> eigenvalues(const RationalMatrix& m) {
 
 // ── zeros: one algorithm, two kinds of numbers ──
 
-/// [c; 0] = U d with full row rank in c, and U.
+/// [c; 0] = U d with c of full row rank, and U.
 template <class M>
 struct Rows {
   M U;
   int rank;
 };
-/// V regular with c V = [0 S], S of full column rank; nullity = columns of zeros.
+/// A regular V with c V = [0 S] and S of full column rank; nullity = number of zero columns.
 template <class M>
 struct Columns {
   M V, back;
@@ -112,8 +112,8 @@ struct Quadruple {
   M A, B, C, D;
 };
 
-/// Outputs that see states without an input in between force these states to zero: they and the outputs are
-/// taken out until D has full row rank. The zeros stay.
+/// Outputs that depend on states without an input force these states to zero. Removes both until D has full
+/// row rank, which preserves the zeros.
 template <class M>
 Quadruple<M> row_reduced(Quadruple<M> s, double tol) {
   for (;;) {
@@ -147,8 +147,8 @@ Quadruple<M> core(const Quadruple<M>& s, double tol) {
 /// A power of two near x > 0, else 1.
 double power_of_two(double x) { return x > 0 ? std::exp2(std::round(std::log2(x))) : 1; }
 
-/// The same system in units of time, states, inputs and outputs in which all entries are near 1, so that one
-/// tolerance fits them; s = unit·s̃.
+/// The system with time, states, inputs and outputs scaled so that all entries are near 1 and one tolerance
+/// suffices; s = unit·s̃.
 Quadruple<Mat> in_units(Quadruple<Mat> q, double& unit) {
   const Vec d = linalg::balancing(q.A);
   q.A = linalg::similar(q.A, d);

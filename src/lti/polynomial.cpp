@@ -20,8 +20,8 @@ Polynomial trimmed(Polynomial p) {
   return p;
 }
 
-/// The degree of gcd(a, b) at a random point modulo a prime: that of the gcd with
-/// symbolic coefficients, almost surely.
+/// The degree of gcd(a, b) at a random point modulo a prime, which almost surely is that of the gcd
+/// with symbolic coefficients.
 std::size_t generic_gcd_size(const Polynomial& a, const Polynomial& b) {
   Polynomial both = a;
   both.insert(both.end(), b.begin(), b.end());
@@ -69,9 +69,9 @@ double distance_to_others(const Eigen::VectorXcd& zeros, Index i) {
   return least;
 }
 
-/// Newton from an eigenvalue that may have lost all its digits beside much larger ones (1 - 10⁸ s + s²:
-/// 7.5e-9 in place of 1e-8). What it finds counts where it lies nearer than a third of the way to the next
-/// eigenvalue; else the start is the answer.
+/// Newton's method from an eigenvalue that may have lost all its digits next to much larger ones (1 - 10⁸ s +
+/// s²: 7.5e-9 instead of 1e-8). The result is accepted if it is nearer than a third of the distance to the
+/// next eigenvalue; otherwise the start is returned.
 std::complex<long double> isolated_zero(const std::vector<double>& p, std::complex<long double> start,
                                         double distance) {
   const auto allowed = static_cast<long double>(distance) / 3;
@@ -87,8 +87,8 @@ std::complex<long double> isolated_zero(const std::vector<double>& p, std::compl
   return start;
 }
 
-/// Zeros of a polynomial with nonzero ends: eigenvalues of the companion matrix in the variable s/σ, where σ
-/// is the geometric mean of their moduli; sharpened by Newton.
+/// Zeros of a polynomial with nonzero end coefficients: eigenvalues of the companion matrix in the variable
+/// s/σ, where σ is the geometric mean of their moduli; refined by Newton's method.
 std::vector<Complex> numeric_zeros(std::vector<double> p) {
   const auto n = static_cast<Index>(p.size()) - 1;
   if (n < 1) return {};
@@ -115,7 +115,7 @@ std::vector<Complex> numeric_zeros(std::vector<double> p) {
       const auto [v, d] = value_and_slope(p, s);
       if (std::abs(d) == 0) break;
       const auto change = v / d;
-      if (!(std::abs(change) < 1e-3L * std::abs(s))) break;  // never leave the zero that was found
+      if (!(std::abs(change) < 1e-3L * std::abs(s))) break;  // do not leave the neighbourhood of the zero
       s -= change;
       if (std::abs(change) < 1e-19L * std::abs(s)) break;
     }
@@ -321,7 +321,8 @@ std::string term_text(Expr c, const std::string& variable, int k, bool latex, bo
   const std::string p = power_text(variable, k, latex);
   if (decimals && !c.is_one() && c != Expr(-1)) {
     const std::string number = pendula::rounded(constant_value(c));
-    const bool one = k > 0 && (number == "1" || number == "-1");  // 1 to rounding: s, not 1 s
+    // equal to 1 after rounding: s instead of 1 s
+    const bool one = k > 0 && (number == "1" || number == "-1");
     return one ? (number == "1" ? p : "-" + p) : with_power(number, p);
   }
   std::string words = coefficient_text(c, latex);
@@ -332,7 +333,7 @@ std::string term_text(Expr c, const std::string& variable, int k, bool latex, bo
   if (is_sum(words) || (quotient && !c.is_constant()))
     return (words[0] == '-' && !is_sum(words) ? "-(" + words.substr(1) : (latex ? "\\left(" : "(") + words) +
            (latex && is_sum(words) ? "\\right) " : ") ") + p;
-  if (quotient) {  // s/2 reads better than 1/2 s
+  if (quotient) {  // s/2 instead of 1/2 s
     const Expr symbol = pendula::symbol(Kind::parameter, variable);
     return coefficient_text(c * (k == 1 ? symbol : pow(symbol, Expr(static_cast<long>(k)))), latex);
   }

@@ -44,8 +44,8 @@ void check_times(const Numbers& s, const Vec& t) {
     throw Error(text(t.size(), " times are too many for this system"));
 }
 
-/// e^{[A B; 0 0] h} for inputs that are constant, or e^{[A B 0; 0 0 I/h; 0 0 0] h} for straight lines; kept
-/// for the last step length.
+/// e^{[A B; 0 0] h} for piecewise constant inputs, or e^{[A B 0; 0 0 I/h; 0 0 0] h} for piecewise linear
+/// ones; cached for the last step length.
 class Hold {
  public:
   Hold(const Numbers& s, bool linear) : s_(s), linear_(linear) {}
@@ -76,9 +76,9 @@ class Hold {
   Mat Phi_, G1_, G2_;
 };
 
-/// x(t + h) = e^{Ah} x + ∫ e^{A(h-τ)} B u(τ) dτ with the polynomial of degree 4 through five Gauss nodes in
-/// the place of u, on pieces of a step. The polynomial is integrated exactly, by one exponential of [A B; 0
-/// N] with a nilpotent N: stiff modes need no short pieces.
+/// x(t + h) = e^{Ah} x + ∫ e^{A(h-τ)} B u(τ) dτ, with u replaced by its interpolation polynomial of degree 4
+/// at five Gauss nodes on parts of a step. The polynomial is integrated exactly by one exponential of [A B; 0
+/// N] with a nilpotent N, so that stiff modes need no short parts.
 class Quadrature {
  public:
   explicit Quadrature(const Numbers& s) : s_(s) {}
@@ -166,13 +166,13 @@ Response make(const char* kind, const System& g, const Vec& t) {
   return r;
 }
 
-/// Keeps the rows of the times that were asked for, the last ones.
+/// Keeps the rows of the requested times, which are the last ones.
 void keep(Response& r, const Run& one) {
   r.y.emplace_back(one.y.bottomRows(r.t.size()));
   r.x.emplace_back(one.x.bottomRows(r.t.size()));
 }
 
-/// The times with what lies between 0, where steps and impulses come, and the first of them.
+/// The times, with a mesh inserted between 0, where steps and impulses occur, and the first of them.
 Vec from_zero(const Numbers& s, const Vec& t) {
   check_times(s, t);
   if (t[0] == 0) return t;
@@ -196,8 +196,8 @@ Vec from_zero(const Numbers& s, const Vec& t) {
 namespace {
 
 struct Horizon {
-  double end = 0;      ///< where the slowest mode has died out; infinite beyond the range of a double
-  double fastest = 0;  ///< frequency that is still seen
+  double end = 0;      ///< where the slowest mode has decayed; infinite beyond the range of double
+  double fastest = 0;  ///< highest visible frequency
 };
 
 Horizon horizon(const System& g, double Ts) {
@@ -243,8 +243,8 @@ Vec response_times(const System& given, std::optional<double> to) {
 
 namespace {
 
-/// Rise, overshoot and settling belong to the system: those of a run that was asked for at few times, or that
-/// ends early, are read at the times of response_times.
+/// Rise, overshoot and settling are properties of the system. If the requested times are few or end early,
+/// they are computed at the times of response_times.
 Vec times_of_facts(const System& g, const Vec& t) {
   const System values = with_numbers(g);
   if (!std::isfinite(horizon(values, g.continuous() ? 0 : number(values.Ts)).end)) return t;

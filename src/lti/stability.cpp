@@ -1,6 +1,6 @@
-// Stability. Exact numbers are decided exactly: how many zeros of the characteristic polynomial lie
-// on each side of the axis (or circle) follows from Sturm's chains over the rationals; numbers
-// known to rounding only say so.
+// Stability. For exact numbers it is decided exactly: Sturm chains over the rationals count the zeros of the
+// characteristic polynomial on each side of the axis (or circle). For rounded numbers the verdict says that
+// it is limited by rounding.
 #include <algorithm>
 #include <cmath>
 
@@ -58,14 +58,14 @@ bool semisimple(const System& g, const dae::Mode& mode) {
 
 int sign(const mpq_class& x) { return sgn(x); }
 
-/// The sign of p towards ±∞, or at 0.
+/// The sign of p for s → ±∞, or at 0.
 int sign_at(const Rationals& p, int where) {
   if (where == 0) return sign(p.front());
   return sign(p.back()) * (where < 0 && p.size() % 2 == 0 ? -1 : 1);
 }
 
-/// Changes of sign along Sturm's chain a, b, -rem(a, b), …: from one place to another (-1: -∞, 0, 1: ∞) the
-/// number falls by Cauchy's index of b/a (Gantmacher, The Theory of Matrices II, §XV.2).
+/// Counts sign changes along Sturm's chain a, b, -rem(a, b), … From one point to another (-1: -∞, 0, 1: ∞)
+/// their number decreases by Cauchy's index of b/a (Gantmacher, The Theory of Matrices II, §XV.2).
 int cauchy_index(Rationals a, Rationals b, int from, int to) {
   int index = 0, last_from = 0, last_to = 0;
   const auto count = [&](const Rationals& p) {
@@ -97,13 +97,13 @@ int negative_zeros(Rationals p) {
   return count;
 }
 
-/// How many zeros lie to the right of the imaginary axis, and on it.
+/// The numbers of zeros to the right of the imaginary axis, and on it.
 struct Sides {
   int right = 0, on = 0;
 };
 
-/// Zeros that lie symmetric to the axis are those of gcd(p(s), p(-s)), a polynomial in s²; of what is left
-/// none lies on the axis, and Cauchy's index along it counts the others (Gantmacher, §XV.3).
+/// Zeros symmetric to the axis are those of gcd(p(s), p(-s)), a polynomial in s². The cofactor has no zero on
+/// the axis, and Cauchy's index along it counts its zeros (Gantmacher, §XV.3).
 Sides sides(Rationals p) {
   Sides all;
   while (p.size() > 1 && p.front() == 0) {
@@ -128,7 +128,7 @@ Sides sides(Rationals p) {
   return all;
 }
 
-/// (1 - w)ⁿ p((1 + w)/(1 - w)): the unit disc becomes the left half-plane, -1 goes to infinity.
+/// (1 - w)ⁿ p((1 + w)/(1 - w)): maps the unit disc to the left half-plane and -1 to infinity.
 Rationals from_disc(const Rationals& p) {
   Rationals sum(p.size());
   for (std::size_t k = 0; k < p.size(); ++k) {
@@ -140,7 +140,7 @@ Rationals from_disc(const Rationals& p) {
   return sum;
 }
 
-/// Of a system of exact numbers.
+/// The counts for a system of exact numbers.
 std::optional<Sides> exact_sides(const System& g) {
   constexpr int most = 30;
   if (g.form != Form::ss && !g.siso()) return exact_sides(to_ss(g));
@@ -180,8 +180,8 @@ std::string mode_text(const dae::Mode& m) {
 
 enum class Place { inside, on, outside };
 
-/// Where every pole lies: by the exact numbers of poles where they are known, those farthest to the right
-/// first; else within rounding, 1e-10 relative, of the axis or circle.
+/// The location of every pole: by exact counts if available, assigned to the rightmost poles first; otherwise
+/// with a tolerance of 1e-10 relative to the axis or circle.
 std::vector<Place> places(const std::vector<dae::Mode>& list, const std::optional<Sides>& known,
                           bool continuous) {
   const auto distance = [&](const dae::Mode& m) {
@@ -218,7 +218,7 @@ Stability stability(const System& g) {
   for (Expr leaf : leaves(all))
     missing = missing || (symbol_of(leaf).kind == Kind::parameter && !symbol_of(leaf).value);
   if (missing) {
-    if (!g.continuous()) defaults(all);  // throws: names what has no value
+    if (!g.continuous()) defaults(all);  // throws an error that names parameters without value
     s.symbolic = true;
     s.routh = routh(characteristic(g));
     return s;

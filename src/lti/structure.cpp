@@ -28,7 +28,7 @@ RationalMatrix reachable(const RationalMatrix& A, const RationalMatrix& B) {
   return space;
 }
 
-/// Orthonormal; a direction counts when it is larger than `relative` times ‖A‖ and ‖B‖ (staircase algorithm,
+/// An orthonormal basis; a direction counts if it exceeds `relative` times ‖A‖ and ‖B‖ (staircase algorithm,
 /// Van Dooren, IEEE Trans. Automat. Control 26(1), 1981).
 Mat reachable(const Mat& A, const Mat& B, double relative) {
   const Index n = A.rows();
@@ -50,12 +50,12 @@ Mat reachable(const Mat& A, const Mat& B, double relative) {
 }
 
 struct Split {
-  MatX V;     ///< columns: the subspace, then a complement
+  MatX V;     ///< the subspace, then a complement
   MatX back;  ///< V⁻¹
   int dimension;
 };
 
-/// Coordinates in which the reachable states come first. tol ≤ 0: exact for exact entries, else n·1e-12.
+/// Coordinates with the reachable states first. tol ≤ 0: exact for exact entries, else n·1e-12.
 Split split(const MatX& A, const MatX& B, double tol = 0) {
   const Index n = A.rows();
   if (tol <= 0 && common(field(A), field(B)) == Field::exact && n <= most_exact_pairs) {
@@ -66,7 +66,8 @@ Split split(const MatX& A, const MatX& B, double tol = 0) {
     PENDULA_ASSERT(back.has_value(), "a basis that is singular");
     return {dae::expressions(V), dae::expressions(*back), space.cols()};
   }
-  const Vec d = linalg::balancing(numbers(A)), inverse = d.cwiseInverse();  // states in comparable units
+  // scales the states to comparable size
+  const Vec d = linalg::balancing(numbers(A)), inverse = d.cwiseInverse();
   const Mat a = linalg::similar(numbers(A), d), b = inverse.asDiagonal() * numbers(B);
   const double cubic = std::pow(static_cast<double>(n), 3);
   const Mat space = stoppable(8 * cubic, [&] {
@@ -108,7 +109,7 @@ bool single_name(const std::vector<std::pair<mpq_class, std::string>>& terms) {
   return std::count_if(terms.begin(), terms.end(), [](const auto& t) { return t.first != 0; }) == 1;
 }
 
-/// A row w with w A = λ w and w B = 0 in the names of the states, for a rational λ of an exact system.
+/// A row w with w A = λ w and w B = 0 in terms of the states, for a rational λ of an exact system.
 std::string combination(const System& g, const mpq_class& lambda, bool controllability) {
   const int n = g.ss.order();
   RationalMatrix shifted = rational(g.ss.A);
@@ -162,14 +163,14 @@ Reach reach(const System& g, bool controllability) {
 
 Complex value_of(const std::pair<Expr, Expr>& root) { return {number(root.first), number(root.second)}; }
 
-/// Whatever the unit of time: relative to their size, and equal where both are
-/// rounding beside the largest root.
+/// Are x and y equal, independent of the time unit: relative to their size, or both at the rounding level of
+/// the largest root?
 bool near(Complex x, Complex y, double tol, double largest) {
   const double size = std::max(std::abs(x), std::abs(y));
   return std::abs(x - y) <= tol * size || size <= tol * tol * largest;
 }
 
-/// Pairs of zeros and poles that are as good as equal.
+/// Removes pairs of zeros and poles that are equal within tol.
 Factored without_pairs(Factored f, double tol, int& pairs) {
   double largest = 0;
   for (const auto* roots : {&f.zeros, &f.poles})
@@ -325,7 +326,7 @@ namespace {
 
 MatX exact_lyapunov(const MatX& A, const MatX& Q, bool continuous) {
   const Index n = A.rows();
-  MatX K = MatX::Zero(n * n, n * n);  // of vec P, columns one below the other
+  MatX K = MatX::Zero(n * n, n * n);  // acting on vec P, the stacked columns
   for (Index j = 0; j < n; ++j)
     for (Index i = 0; i < n; ++i)
       for (Index l = 0; l < n; ++l)
@@ -345,7 +346,7 @@ MatX exact_lyapunov(const MatX& A, const MatX& Q, bool continuous) {
   return p->reshaped(n, n);
 }
 
-/// In units of the states, x = D x̃: P = D P̃ D.
+/// With scaled states, x = D x̃: P = D P̃ D.
 Mat schur_lyapunov(const Mat& A, const Mat& Q, bool continuous, const Vec& d) {
   const Index n = A.rows();
   const Vec inverse = d.cwiseInverse();
@@ -355,8 +356,8 @@ Mat schur_lyapunov(const Mat& A, const Mat& Q, bool continuous, const Vec& d) {
                    F = U.adjoint() * scaled * U;
   ComplexMat Y = ComplexMat::Zero(n, n);
   const double smallest = 1e-14 * T.norm();
-  // Columns from the right: in A P + P Aᴴ + Q = 0 with T upper triangular, (T + t̄ⱼⱼ
-  // I) yⱼ = -fⱼ - Σ_{k>j} t̄ⱼₖ yₖ.
+  // Columns from the right: in A P + P Aᴴ + Q = 0 with T upper triangular, (T + t̄ⱼⱼ I) yⱼ = -fⱼ -
+  // Σ_{k>j} t̄ⱼₖ yₖ.
   for (Index j = n; j-- > 0;) {
     ComplexVec right = -F.col(j);
     ComplexMat M = T;
@@ -381,7 +382,7 @@ Mat schur_lyapunov(const Mat& A, const Mat& Q, bool continuous, const Vec& d) {
   return (P + P.transpose()) / 2;
 }
 
-/// The largest entry of the residual relative to the sum of the sizes of its terms: whatever the units.
+/// The largest entry of the residual relative to the sum of its terms, independent of units.
 double entrywise_residual(const Mat& A, const Mat& Q, const Mat& P, bool continuous) {
   const Mat a = A.cwiseAbs(), p = P.cwiseAbs();
   const Mat residual = continuous ? Mat(A * P + P * A.transpose() + Q) : Mat(A * P * A.transpose() - P + Q);
@@ -390,8 +391,8 @@ double entrywise_residual(const Mat& A, const Mat& Q, const Mat& P, bool continu
   return (size.array() > 0).select(residual.cwiseAbs().cwiseQuotient(size), 0).maxCoeff();
 }
 
-/// In units in which A is balanced; where small entries of A are rounding (poles at 0) these are no units,
-/// and those that were given are better.
+/// Solves with A balanced and, if the result is inaccurate, also in the given units, which are better if
+/// small entries of A are rounding errors (poles at 0).
 Mat numeric_lyapunov(const Mat& A, const Mat& Q, bool continuous) {
   const Vec d = linalg::balancing(A);
   const Mat P = schur_lyapunov(A, Q, continuous, d);

@@ -27,7 +27,7 @@ std::string name_or(const std::vector<std::string>& names, int i, const char* le
   return count == 1 ? letter : letter + subscript(i + 1);
 }
 
-/// Of a rational function, node by node.
+/// Reads a rational function, node by node.
 class FractionReader {
  public:
   explicit FractionReader(Expr s) : s_(s) {}
@@ -115,7 +115,7 @@ System make_zpk(std::vector<Factored> entries, int outputs, int inputs, Expr Ts)
   g.Ts = Ts;
   for (const Factored& f : entries)
     for (const auto& [what, list] : {std::pair{"zero", &f.zeros}, std::pair{"pole", &f.poles}}) {
-      std::vector<std::pair<Expr, Expr>> open;  // without partner so far
+      std::vector<std::pair<Expr, Expr>> open;  // without a partner so far
       for (const auto& root : *list) {
         if (root.second.is_zero()) continue;
         const auto partner = std::find_if(open.begin(), open.end(), [&](const auto& o) {
@@ -212,7 +212,7 @@ System with_numbers(const System& g) {
   Substitution values = defaults(all);
   for (auto& [leaf, v] : values)
     if (symbol_of(leaf).kind == Kind::constant)
-      v = leaf;  // sin(π) is not sin(3.14…): first simplified, then rounded
+      v = leaf;  // sin(π) is not sin(3.14…): simplify first, then round
   System h = substitute(g, values);
   std::vector<Expr> exact = entries(h);
   for (Expr& e : exact)

@@ -19,16 +19,16 @@ namespace {
 
 std::string reason() { return std::strerror(errno); }
 
-/// The folder of a path with its slash; "" for the working folder.
+/// The folder of a path with its slash; "" for the working directory.
 std::string folder_of(const std::string& path) { return path.substr(0, path.rfind('/') + 1); }
 
-/// Where symbolic links lead; the path itself if it does not exist yet.
+/// The target of symbolic links; the path itself if it does not exist yet.
 std::string resolved(const std::string& path) {
   const std::unique_ptr<char, decltype(&std::free)> real(realpath(path.c_str(), nullptr), std::free);
   return real ? real.get() : path;
 }
 
-/// The new name is on the disk when its folder is.
+/// Flushes the folder, which stores the new name.
 void sync_folder(const std::string& folder) {
   const int descriptor = open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return;
@@ -36,8 +36,8 @@ void sync_folder(const std::string& folder) {
   close(descriptor);
 }
 
-// Drafts that exist, by name, where a signal handler can read them. A slot is taken
-// once its name is complete.
+// Names of existing drafts, in a form that a signal handler can read. A slot is marked as taken once its
+// name is complete.
 struct Open {
   std::atomic<bool> taken = false;
   char path[PATH_MAX];
@@ -53,7 +53,7 @@ void note_draft(const std::string& path) {
   }
 }
 
-/// No signal comes between making a draft and noting its name.
+/// Blocks signals between the creation of a draft and the registration of its name.
 class SignalsHeld {
  public:
   SignalsHeld() {

@@ -19,8 +19,8 @@
 namespace pendula {
 namespace {
 
-/// The folder that the program and the processes that it forks share, named when the program starts
-/// and made when the first file is.
+/// The folder shared by the program and its forked processes; named when the program starts and created with
+/// the first file.
 struct Folder {
   Folder() {
     const char* parent = std::getenv("TMPDIR");
@@ -41,12 +41,12 @@ struct Folder {
 };
 Folder folder;
 
-/// What getdents64 gives: the names in a folder, without a library that allocates.
+/// The format of getdents64, which lists a folder without allocation.
 struct Entry {
   unsigned long inode, offset;
   unsigned short size;
   unsigned char type;
-  char name[1];  ///< as long as it is
+  char name[1];  ///< of variable length
 };
 
 void make_folder() {
@@ -78,12 +78,12 @@ void remove_temporary_files() noexcept {
     size = syscall(SYS_getdents64, descriptor, buffer, sizeof buffer);
     for (long at = 0; at < size;) {
       const auto* entry = reinterpret_cast<const Entry*>(buffer + at);
-      unlinkat(descriptor, entry->name, 0);  // refused for "." and ".."
+      unlinkat(descriptor, entry->name, 0);  // fails for "." and ".."
       at += entry->size;
     }
   }
   close(descriptor);
-  rmdir(folder.path);  // stays where a script has made folders in it
+  rmdir(folder.path);  // fails if a script has made folders in it
 }
 
 }  // namespace pendula

@@ -14,11 +14,11 @@ namespace pendula {
 namespace {
 
 constexpr rlim_t KiB = 1024;
-// The kernel leaves 128 MiB below the stack free, whatever the limit was when the program began (mmap_base in
-// Linux, arch/x86/mm/mmap.c): a limit that is raised later has that much room.
+// The kernel leaves 128 MiB below the stack free, whatever the limit at the start of the program (mmap_base
+// in Linux, arch/x86/mm/mmap.c); a limit that is raised later has that much room.
 constexpr rlim_t wanted = 64 * 1024 * KiB;
-constexpr rlim_t largest = 1024 * 1024 * KiB;  // of "unlimited": then it is memory that ends
-// What is called from the last level: GMP takes up to 64 kB and Eigen up to 128 kB for their temporaries.
+constexpr rlim_t largest = 1024 * 1024 * KiB;  // for "unlimited", where memory is the limit
+// for calls at the deepest level: GMP uses up to 64 kB and Eigen up to 128 kB of stack for temporaries
 constexpr rlim_t reserve = 512 * KiB;
 
 rlim_t stack_size() {
@@ -28,11 +28,11 @@ rlim_t stack_size() {
 }
 
 struct Stack {
-  const std::byte* end;  ///< its lowest address
-  rlim_t size;           ///< 0: not known
+  const std::byte* end;  ///< the lowest address
+  rlim_t size;           ///< 0: unknown
 };
 
-/// Of a thread that is not the first, or of a process that was forked in one.
+/// The stack of a thread other than the main one, or of a process forked from one.
 Stack stack_of_thread() {
   pthread_attr_t attributes;
   void* end = nullptr;
@@ -43,7 +43,7 @@ Stack stack_of_thread() {
   return {static_cast<const std::byte*>(end), size};
 }
 
-/// The name of the program is the last thing that the kernel writes at the beginning of the stack.
+/// The name of the program, which the kernel places at the very beginning of the stack.
 const std::byte* stack_top() { return reinterpret_cast<const std::byte*>(getauxval(AT_EXECFN)); }
 
 Stack stack_of(const void* frame) {
@@ -58,19 +58,19 @@ Stack stack_of(const void* frame) {
 constinit thread_local std::uintptr_t stack_floor = UINTPTR_MAX;
 
 void raise_stack_limit() noexcept {
-#ifndef __SANITIZE_ADDRESS__  // which asks for the limit once, at the beginning
+#ifndef __SANITIZE_ADDRESS__  // which reads the limit once, at the start
   rlimit limit{};
   if (getrlimit(RLIMIT_STACK, &limit) != 0 || limit.rlim_cur >= wanted) return;
   limit.rlim_cur = std::min(wanted, limit.rlim_max);
   setrlimit(RLIMIT_STACK, &limit);
 #endif
-  stack_floor = UINTPTR_MAX;  // to be found out
+  stack_floor = UINTPTR_MAX;  // to be determined
 }
 
 bool is_beyond_stack(const void* address) noexcept {
   const auto* at = static_cast<const std::byte*>(address);
   const std::byte* end = stack_top() - stack_size();
-  constexpr rlim_t around = 256 * KiB;  // a large frame may reach over the end
+  constexpr rlim_t around = 256 * KiB;  // a large frame may extend beyond the end
   return at < end + around && at >= end - around;
 }
 

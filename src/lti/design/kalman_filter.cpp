@@ -27,7 +27,7 @@ void check(const System& g, const Mat& Q, const Mat& R, const Mat& u, const Mat&
   if (u.hasNaN()) throw Error("u must be known at every sample");
 }
 
-/// x̂(k|N) and its covariances from the filter's, backwards.
+/// Backward pass: x̂(k|N) and its covariances from those of the filter.
 void smooth_back(FilterRun& run, const Mat& A, const std::vector<Mat>& before,
                  const std::vector<Mat>& after) {
   const Index N = run.filtered.rows();

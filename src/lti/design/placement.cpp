@@ -19,7 +19,7 @@ std::string shown(Complex z) {
               pendula::rounded(std::fabs(z.imag()), 6), " i");
 }
 
-/// Real poles first, then pairs z, z̄ with Im z > 0. Throws Error for a pole without its conjugate.
+/// Real poles first, then pairs z, z̄ with Im z > 0. Throws Error if a pole lacks its conjugate.
 std::vector<Complex> paired(const ComplexVec& poles) {
   std::vector<Complex> real, complex, waiting;
   for (const Complex z : poles) {
@@ -72,7 +72,7 @@ class Eigenvectors {
     for (Index j = 0; j < n; ++j) {
       // x ∈ ker U1ᵀ(A - λI): then A x - λ x lies in the range of B.
       const ComplexMat M = (U1.transpose() * A).cast<Complex>() - poles_[j] * U1.transpose().cast<Complex>();
-      if (M.rows() == 0)  // as many inputs as states: every vector will do
+      if (M.rows() == 0)  // as many inputs as states: every vector is admissible
         spaces_.push_back(ComplexMat::Identity(n, m));
       else
         spaces_.push_back(Eigen::JacobiSVD<ComplexMat>(M, Eigen::ComputeFullV).matrixV().rightCols(m));
@@ -103,7 +103,7 @@ class Eigenvectors {
   }
 
   const Mat& X() const { return X_; }
-  /// Λ with A X = X Λ after the feedback.
+  /// The Λ for which A X = X Λ after feedback.
   Mat Lambda() const {
     Mat L = Mat::Zero(X_.cols(), X_.cols());
     for (Index j = 0; j < L.cols(); ++j) {
@@ -130,7 +130,7 @@ class Eigenvectors {
     }
   }
 
-  /// The directions orthogonal to all columns but `count` from j on.
+  /// An orthonormal basis of the complement of all columns except `count` from j on.
   Mat complement(Index j, Index count) const {
     const Index n = X_.rows();
     Mat others(n, n - count);
@@ -140,15 +140,15 @@ class Eigenvectors {
     return Q.rightCols(count);
   }
 
-  /// The x of its space nearest to the normal of the other columns.
+  /// Replaces x by the vector of its space nearest to the normal of the other columns.
   void update_real(Index j) {
     const Mat S = spaces_[j].real();
     const Vec x = S * (S.transpose() * complement(j, 1).col(0));
     if (x.norm() > 1e-12) X_.col(j) = x.normalized();
   }
 
-  /// max |det of [Re x, Im x] in the complement|: the leading eigenvectors of Sᴴ(u uᴴ - ū uᵀ)S, u = q₁ + i q₂
-  /// (Tits & Yang, §6.2); where two of them are equally good, the combination nearest to the old x.
+  /// Maximises |det of [Re x, Im x] in the complement|: the leading eigenvectors of Sᴴ(u uᴴ - ū uᵀ)S, u = q₁
+  /// + i q₂ (Tits & Yang, §6.2); for a double eigenvalue the combination nearest to the old x.
   void update_pair(Index j) {
     const Mat q = complement(j, 2);
     const ComplexMat& S = spaces_[j];
@@ -169,7 +169,7 @@ class Eigenvectors {
   Mat X_;
 };
 
-/// The largest distance of a wanted pole to the computed one that is matched with it, relative.
+/// The largest relative distance between wanted poles and the matched computed ones.
 double miss(const std::vector<Complex>& wanted, ComplexVec found) {
   double worst = 0, scale = 1e-300;
   for (const Complex z : wanted) scale = std::max(scale, std::abs(z));
@@ -202,7 +202,7 @@ Placement placed(const Mat& A, const Mat& B, const ComplexVec& wanted) {
   const Eigen::ColPivHouseholderQR<Mat> qr(B);
   const Index rank = qr.rank();
   require_multiplicity(poles, rank);
-  if (rank < m) {  // inputs that are combinations of others stay at zero
+  if (rank < m) {  // inputs that are combinations of others stay zero
     const Mat kept = B * qr.colsPermutation() * Mat::Identity(m, rank);
     Placement p = placed(A, kept, wanted);
     Mat K = Mat::Zero(m, n);
@@ -247,7 +247,7 @@ Placement place(const Mat& A, const Mat& B, const ComplexVec& wanted) {
 
 namespace {
 
-/// φ(A) = Σ cₖ Aᵏ, K = (0 … 0 1) [B AB …]⁻¹ φ(A); nothing where [B AB …] is singular.
+/// φ(A) = Σ cₖ Aᵏ, K = (0 … 0 1) [B AB …]⁻¹ φ(A); empty if [B AB …] is singular.
 std::optional<MatX> ackermann(const MatX& A, const MatX& B, const std::vector<Expr>& polynomial) {
   const Index n = A.rows();
   MatX phi = MatX::Zero(n, n);
@@ -260,7 +260,7 @@ std::optional<MatX> ackermann(const MatX& A, const MatX& B, const std::vector<Ex
   return product(MatX(row->transpose()), phi);
 }
 
-/// In doubles, in units of states (A balanced), time (‖A‖ near 1) and input (‖B‖ near 1).
+/// The same in doubles, with scaled states (A balanced), time (‖A‖ near 1) and input (‖B‖ near 1).
 std::optional<MatX> ackermann_of_numbers(const Mat& A, const Mat& B, std::vector<Expr> polynomial) {
   const Vec d = linalg::balancing(A), inverse = d.cwiseInverse();
   const auto near = [](double x) { return x > 0 ? std::exp2(std::round(std::log2(x))) : 1; };
@@ -288,7 +288,7 @@ MatX acker(const MatX& A, const MatX& B, const std::vector<Expr>& polynomial) {
     throw Error(text("expected ", n, " poles, one per state, got ", polynomial.size() - 1));
   const Field kind = common(common(field(A), field(B)), field(polynomial));
   auto K = kind == Field::numeric ? std::nullopt : ackermann(A, B, polynomial);
-  if (!K) {  // of numbers, and of fractions whose powers have too many digits to be solved exactly
+  if (!K) {  // also for fractions whose powers have too many digits for an exact solution
     const Reach reach = controllability(make_ss(A, B, MatX::Identity(n, n), MatX::Zero(n, 1)));
     if (kind != Field::symbolic && reach.rank == n)
       K = ackermann_of_numbers(numbers(A), numbers(B), polynomial);

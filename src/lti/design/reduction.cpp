@@ -10,8 +10,8 @@
 namespace pendula::lti {
 namespace {
 
-/// L with L Lᵀ = P for a positive semidefinite P; rounding is relative to each
-/// diagonal entry, whatever the units.
+/// L with L Lᵀ = P for a positive semidefinite P; rounding errors are judged relative to each diagonal entry,
+/// independent of units.
 Mat root(const Mat& P) {
   const Vec size = P.diagonal().unaryExpr(
       [](double p) { return p > 0 ? std::exp2(std::round(0.5 * std::log2(p))) : 1.0; });
@@ -23,7 +23,7 @@ Mat root(const Mat& P) {
 
 struct Projection {
   Mat T, back;  ///< x ≈ T x̃, x̃ = back x
-  Vec hankel;   ///< all of them
+  Vec hankel;   ///< all Hankel singular values
 };
 
 Projection projection(const System& g, Index order) {

@@ -48,7 +48,7 @@ void check(RiccatiProblem& p) {
     throw Error("R must be positive semidefinite: no input may have a negative weight");
 }
 
-/// Without the cross term: u = v - R⁻¹Sᵀx.
+/// The problem without cross term: u = v - R⁻¹Sᵀx.
 struct Reduced {
   Mat A, G, H;  ///< G = B R⁻¹ Bᵀ, H = Q - S R⁻¹ Sᵀ
 };
@@ -57,8 +57,8 @@ Reduced without_cross_term(const RiccatiProblem& p) {
   return {p.A - p.B * back, symmetric(p.B * solved(p.R, p.B.transpose())), symmetric(p.Q - p.S * back)};
 }
 
-/// A ← A W A, G ← G + A W G Aᵀ, H ← H + Aᵀ H W A with W = (I + G H)⁻¹, until H stands still. Nothing where
-/// the iteration does not converge.
+/// A ← A W A, G ← G + A W G Aᵀ, H ← H + Aᵀ H W A with W = (I + G H)⁻¹, until H is stationary. Empty if the
+/// iteration does not converge.
 std::optional<Mat> doubled(Mat A, Mat G, Mat H) {
   constexpr int most_doublings = 60;
   const Index n = A.rows();
@@ -76,7 +76,7 @@ std::optional<Mat> doubled(Mat A, Mat G, Mat H) {
   return {};
 }
 
-/// After a Cayley transform where time is continuous.
+/// The doubling iteration, after a Cayley transform in continuous time.
 std::optional<Mat> by_doubling(const Reduced& r, bool continuous) {
   if (!continuous) return doubled(r.A, r.G, r.H);
   const Index n = r.A.rows();
@@ -98,7 +98,8 @@ std::optional<Mat> by_doubling(const Reduced& r, bool continuous) {
 }
 
 /// The stable subspace of the Hamiltonian matrix by its sign, Z ← (c Z + (c Z)⁻¹)/2 (Byers, Linear Algebra
-/// Appl. 85, 1987): also where X hardly depends on H, so that doubling starts from nothing. Continuous time.
+/// Appl. 85, 1987). Continuous time only; works also if X hardly depends on H, where doubling would start
+/// from nearly zero.
 std::optional<Mat> by_sign(const Reduced& r) {
   const Index n = r.A.rows();
   Mat Z(2 * n, 2 * n);
@@ -145,10 +146,10 @@ bool stabilises(const RiccatiProblem& p, const ComplexVec& poles) {
 
 ComplexVec poles_of(const Mat& A) { return Eigen::EigenSolver<Mat>(A, false).eigenvalues(); }
 
-/// Newton's method from a stabilising X: (A - BK)ᵀD + D(A - BK) + residual = 0, as
-/// long as the residual falls.
+/// Newton's method from a stabilising X: (A - BK)ᵀD + D(A - BK) + residual = 0, as long as
+/// the residual decreases.
 void refine(const RiccatiProblem& p, RiccatiSolution& s) {
-  constexpr int most_steps = 50;  // near the boundary of stability errors are halved, no more
+  constexpr int most_steps = 50;  // near the stability boundary each step only halves the error
   Residual now = residual(p, s.X, s.K);
   for (int k = 0; k < most_steps && now.relative > 0; ++k) {
     const Mat closed = p.A - p.B * s.K;
@@ -169,7 +170,7 @@ void refine(const RiccatiProblem& p, RiccatiSolution& s) {
   s.poles = poles_of(p.A - p.B * s.K);
 }
 
-/// A stabilising solution to begin with.
+/// A stabilising solution to start from.
 std::optional<RiccatiSolution> first_solution(const RiccatiProblem& p) {
   Reduced r = without_cross_term(p);
   const double g = r.G.norm(), h = r.H.norm();
@@ -186,8 +187,8 @@ std::optional<RiccatiSolution> first_solution(const RiccatiProblem& p) {
   return {};
 }
 
-/// R singular, discrete time: any weights give gains that stabilise; the cost of those gains is a start for
-/// Newton's method, which needs R + BᵀXB only (Hewer, IEEE Trans. Autom. Control 16, 1971).
+/// For singular R in discrete time: any weights give stabilising gains, and the cost of those gains is a
+/// start for Newton's method, which needs R + BᵀXB only (Hewer, IEEE Trans. Autom. Control 16, 1971).
 std::optional<RiccatiSolution> start_without_weight(const RiccatiProblem& p) {
   RiccatiProblem weighted = p;
   const double size = std::max({p.R.norm(), p.Q.norm() * p.B.squaredNorm(), 1e-300});
@@ -220,8 +221,8 @@ std::optional<RiccatiSolution> start_without_weight(const RiccatiProblem& p) {
 
 namespace {
 
-/// Units of the states, x = D x̃ with powers of two, in which the Hamiltonian matrix [A -G; -H -Aᵀ] is
-/// balanced (Benner, Linear Algebra Appl. 323, 2001: the similarity must be diag(D, D⁻¹)).
+/// Powers of two D, x = D x̃, for which the Hamiltonian matrix [A -G; -H -Aᵀ] is balanced (Benner, Linear
+/// Algebra Appl. 323, 2001: the similarity must be diag(D, D⁻¹)).
 Vec units(const RiccatiProblem& p) {
   if (!definite(p.R)) return Vec::Ones(p.A.rows());
   const Reduced r = without_cross_term(p);
@@ -267,7 +268,7 @@ RiccatiSolution riccati(RiccatiProblem p) {
 }
 
 void require_costs(const Mat& Q, const char* equation) {
-  if (Q.rows() == 0 || Q.rows() != Q.cols() || !Q.allFinite()) return;  // the equation says it
+  if (Q.rows() == 0 || Q.rows() != Q.cols() || !Q.allFinite()) return;  // the equation reports it
   const double least = Eigen::SelfAdjointEigenSolver<Mat>(Q, Eigen::EigenvaluesOnly).eigenvalues()[0];
   if (least < -1e-10 * Q.norm())
     throw Error(text("Q must be positive semidefinite, but it has the eigenvalue ",
@@ -312,7 +313,7 @@ RiccatiSolution kalman(const System& given, const Mat& Q, const Mat& R) {
     RiccatiSolution s = riccati(std::move(p));
     s.K.transposeInPlace();
     return s;
-  } catch (const Error&) {  // of the transposed system: in words of the filter
+  } catch (const Error&) {  // messages about the transposed system are rewritten for the filter
     const Reach seen = observability(g);
     if (seen.stable) throw;
     throw Error(text("there is no stable filter, because y does not see a mode that does not decay: ",

@@ -1,4 +1,4 @@
-// Text tables as instruments and spreadsheets write them, and MATLAB files.
+// Text tables written by instruments and spreadsheets, and MATLAB files.
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -57,7 +57,7 @@ bool is_missing(const std::string& word) {
          w == "none";
 }
 
-/// A number, NaN where the value is missing; false if it is neither.
+/// Reads a number, NaN if the value is missing; false if the word is neither.
 bool read_number(std::string word, bool decimal_comma, double& value) {
   value = NAN;
   if (is_missing(word)) return true;
@@ -73,12 +73,12 @@ char separator_of(const std::string& line) {
   return ' ';
 }
 
-/// Where commas may be decimal commas, points beside them say that they separate
-/// thousands: neither is guessed.
+/// Detects how decimal signs are used. If commas may be decimal commas, points in the same table may separate
+/// thousands, so neither reading is assumed.
 class DecimalSigns {
  public:
   explicit DecimalSigns(const std::string& path) : path_(path) {}
-  /// Throws Error at the first number that is written in another way than those before it.
+  /// Throws Error at the first number that is written differently from the preceding ones.
   void look(const std::string& word, std::size_t line) {
     for (const char sign : {',', '.'}) {
       if (word.find(sign) == std::string::npos) continue;
@@ -146,7 +146,7 @@ double time_step(const std::vector<double>& t, const std::string& path) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < t.size(); ++i) steps.push_back(t[i] - t[i - 1]);
   std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
-  const double median = steps[steps.size() / 2];  // one gap does not move it
+  const double median = steps[steps.size() / 2];  // robust against a single gap
   for (std::size_t i = 1; i < t.size(); ++i)
     if (!(std::abs(t[i] - t[i - 1] - median) <= 1e-3 * std::abs(median)))
       throw Error(
@@ -170,7 +170,7 @@ Mat gather(const FileColumns& table, const std::vector<std::size_t>& which) {
   return m;
 }
 
-/// Separators at the ends of lines make columns without name and without numbers.
+/// Removes columns without name and numbers, which result from separators at the ends of lines.
 void drop_empty_columns(FileColumns& table, const std::vector<std::string>& header) {
   const auto named = [&](std::size_t j) { return j < header.size() && !header[j].empty(); };
   while (table.columns.size() > 1 && !named(table.columns.size() - 1) &&
@@ -245,7 +245,7 @@ void write_csv(const IdData& d, const std::string& path) {
   out << '\n';
   const auto put = [&](double v) {
     out << ',';
-    if (std::isfinite(v)) out << shortest(v);  // a missing sample is an empty field
+    if (std::isfinite(v)) out << shortest(v);  // a missing sample becomes an empty field
   };
   for (Index k = 0; k < d.experiments(); ++k)
     for (Index i = d.starts[k]; i < d.end(k); ++i) {
@@ -261,13 +261,13 @@ void write_csv(const IdData& d, const std::string& path) {
 
 namespace {
 
-/// "t", "time", with a unit in brackets or not.
+/// Is the name "t" or "time", possibly with a unit in brackets?
 bool is_time(const std::string& name) {
   const std::string bare = trimmed(lower(name).substr(0, name.find_first_of("[(")));
   return bare == "t" || bare == "time";
 }
 
-/// Experiments from a column `experiment` of numbers that change (write_csv) or from `starts` (write_mat).
+/// First rows of experiments, from a column `experiment` (write_csv) or from `starts` (write_mat).
 std::vector<Index> experiment_starts(const FileColumns& table, Index rows) {
   std::vector<Index> out{0};
   for (std::size_t i = 0; i < table.names.size(); ++i) {

@@ -27,7 +27,7 @@ struct Line {
   double offset = 0, slope = 0;
 };
 
-/// Least-squares constant or line through the samples that are there; offset at row 0.
+/// Least-squares constant or line through the available samples; offset at row 0.
 Line trend_of(const Eigen::Ref<const Vec>& x, Trend trend) {
   double n = 0, sum = 0, time = 0;
   for (Index i = 0; i < x.size(); ++i)
@@ -59,7 +59,7 @@ void remove_trend(Mat& m, Vec& offset, Vec& slope, Trend trend) {
   }
 }
 
-/// One signal of one experiment at the new times.
+/// A signal of one experiment, resampled at the new times.
 Vec resampled(const Vec& x, Index count, double ratio, Resampling how) {
   Vec out(count);
   const double width = std::max(1.0, ratio), reach = 10 * width;
@@ -132,7 +132,7 @@ void append_signals(Table& table, const Mat& m, const std::vector<std::string>& 
         n += 1;
       }
     const bool line = slope[j] != 0;
-    // A mean that is rounding of the values is zero.
+    // A mean at the rounding level of the values is zero.
     const double mean = std::abs(sum / n) < 1e-12 * std::max(std::abs(low), std::abs(high)) ? 0 : sum / n;
     table.row({role, names[j], n ? rounded(low, 6) : "–", n ? rounded(high, 6) : "–",
                n ? rounded(mean, 6) : "–",

@@ -16,9 +16,9 @@
 namespace pendula::sysid {
 namespace {
 
-constexpr std::uintmax_t most_compression = 1032;  // of deflate: 258 bytes by two bits
+constexpr std::uintmax_t most_compression = 1032;  // maximum for deflate: 258 bytes from two bits
 
-/// The next `packed` bytes of a file, unpacked and thrown away; as far as they can be unpacked.
+/// The unpacked size of the next `packed` bytes of a file, as far as they can be unpacked.
 std::uintmax_t inflated_size(std::istream& in, std::uintmax_t packed) {
   z_stream stream{};
   if (inflateInit(&stream) != Z_OK) return packed * most_compression;
@@ -39,14 +39,14 @@ std::uintmax_t inflated_size(std::istream& in, std::uintmax_t packed) {
       state = inflate(&stream, Z_NO_FLUSH);
       size += to.size() - stream.avail_out;
     } while (state == Z_OK && stream.avail_out == 0);
-    if (state == Z_BUF_ERROR) state = Z_OK;  // it wants more
+    if (state == Z_BUF_ERROR) state = Z_OK;  // more input is required
   }
   inflateEnd(&stream);
   return size;
 }
 
-/// Level 5: a header of 128 bytes that ends with its version and the order of bytes; then elements, each with
-/// a tag of type and length ("MAT-File Format", The MathWorks, "Level 5 MAT-Files").
+/// Level 5 files begin with a header of 128 bytes that ends with the version and the byte order. Elements
+/// with a tag of type and length follow ("MAT-File Format", The MathWorks, "Level 5 MAT-Files").
 constexpr std::streamoff header = 128;
 enum class Order { little, big, not_level_5 };
 
@@ -68,7 +68,7 @@ std::uintmax_t unpacked_size(const std::string& path) {
   const auto bytes = static_cast<std::uintmax_t>(in.tellg());
   const Order order = byte_order(in);
   if (order == Order::not_level_5) return bytes * most_compression;
-  constexpr std::uint32_t matrix = 14, compressed = 15;  // what else there is, libmatio stops at
+  constexpr std::uint32_t matrix = 14, compressed = 15;  // libmatio rejects other elements
   std::uintmax_t size = bytes, at = header;
   std::uint32_t tag[2];
   while (in.clear(), in.seekg(static_cast<std::streamoff>(at)),
@@ -86,7 +86,7 @@ std::uintmax_t unpacked_size(const std::string& path) {
 
 MemoryLimit::MemoryLimit(std::uintmax_t more) {
   std::ifstream pages("/proc/self/statm");
-  std::uintmax_t data = 0;  // the sixth number
+  std::uintmax_t data = 0;  // the sixth number of the header
   for (int k = 0; k < 6; ++k) pages >> data;
   if (!pages || getrlimit(RLIMIT_DATA, &before_) != 0) return;
   const std::uintmax_t limit = data * static_cast<std::uintmax_t>(sysconf(_SC_PAGESIZE)) + more;

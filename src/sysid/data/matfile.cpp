@@ -1,4 +1,4 @@
-// MATLAB files, by libmatio.
+// MATLAB files, read and written by libmatio.
 #include "sysid/data/iddata.hpp"
 
 #include <cmath>
@@ -27,8 +27,8 @@ namespace pendula::sysid {
 #ifdef PENDULA_MATIO
 namespace {
 
-/// libmatio is opened when a MATLAB file is: it brings some thirty libraries with it (HDF5, curl, …), and
-/// linking them takes longer than everything else at the start of the program.
+/// libmatio, loaded on first use: it depends on some thirty libraries (HDF5, curl, …), and linking them takes
+/// longer than the rest of the program's start.
 struct Library {
   void* handle = dlopen(PENDULA_MATIO, RTLD_NOW | RTLD_LOCAL);
   template <class F>
@@ -49,7 +49,7 @@ const Library& library() {
 using File = std::unique_ptr<mat_t, int (*)(mat_t*)>;
 using Variable = std::unique_ptr<matvar_t, void (*)(matvar_t*)>;
 
-/// A file that has a name but no place on a disk.
+/// A file in memory with a name.
 class MemoryFile {
  public:
   MemoryFile() : descriptor_(memfd_create("pendula-mat", MFD_CLOEXEC)) {
@@ -69,7 +69,7 @@ class MemoryFile {
   int descriptor_;
 };
 
-/// n entries of this type as doubles; nothing if the type is not one of numbers. `bytes`: how many there are.
+/// n entries of this type as doubles; empty if the type is not numeric. `bytes`: the available size.
 std::vector<double> entries_as(matio_types type, const void* data, std::size_t n, std::size_t bytes) {
   const auto as = [&]<class T>(T) -> std::vector<double> {
     if (n > bytes / sizeof(T)) throw Error("an array is shorter than its size says: the file is damaged");
@@ -107,7 +107,7 @@ struct Shape {
   std::size_t size() const { return rows * cols; }
 };
 
-/// The shape of an array with two dimensions; an empty one for everything else.
+/// The shape of a two-dimensional array; empty for everything else.
 Shape shape_of(const matvar_t& v) {
   constexpr std::size_t most = std::size_t{1} << 32;
   if (v.rank != 2 || !v.dims) return {};
@@ -117,10 +117,10 @@ Shape shape_of(const matvar_t& v) {
   return shape;
 }
 
-constexpr std::size_t most_full_entries = 10'000'000;  // of a sparse matrix that is made full
+constexpr std::size_t most_full_entries = 10'000'000;  // of a sparse matrix that is converted to a full one
 
-/// Compressed columns (jc: where each begins, ir: the rows of its entries) as a full array.
-/// Nothing in the file is trusted.
+/// Converts compressed columns (jc: where each begins, ir: the rows of its entries) to a full array. All
+/// values from the file are validated.
 std::vector<double> from_sparse(const matvar_t& v, Shape shape) {
   if (shape.size() > most_full_entries)
     throw Error(text("a sparse ", shape.rows, "×", shape.cols, " matrix is too large to be data"));
@@ -182,7 +182,7 @@ void collect_fields(const matvar_t& v, NamedMatrices& found, int depth) {
   }
 }
 
-/// The fields of a structure count as variables.
+/// Collects arrays; fields of a structure become variables of their own.
 void collect(const matvar_t& v, const std::string& name, NamedMatrices& found, int depth) {
   if (v.class_type == MAT_C_STRUCT) return collect_fields(v, found, depth);
   const Shape shape = shape_of(v);
@@ -192,7 +192,7 @@ void collect(const matvar_t& v, const std::string& name, NamedMatrices& found, i
                                                  static_cast<Eigen::Index>(shape.cols)));
 }
 
-/// Vectors are columns; a matrix gives name1, name2, …
+/// The columns of all variables; a matrix gives name1, name2, …
 FileColumns columns_of(const NamedMatrices& variables) {
   constexpr Eigen::Index most_columns = 10'000;
   FileColumns table;
@@ -218,7 +218,7 @@ void write(mat_t* file, const char* name, const Mat& m, const std::string& path)
     throw Error(text("cannot write ", path));
 }
 
-/// What libmatio writes to a file in memory: it does not say when a disk is full.
+/// The file contents written by libmatio to memory, since it does not report a full disk.
 std::string written(const NamedMatrices& variables, const std::string& path) {
   const MemoryFile memory;
   {
@@ -229,7 +229,7 @@ std::string written(const NamedMatrices& variables, const std::string& path) {
   return memory.content();
 }
 
-/// How many variables there are. A full array has no more entries than its file has bytes.
+/// The number of variables. Rejects full arrays with more entries than the file has bytes.
 int counted(mat_t* file, std::uintmax_t bytes) {
   int count = 0;
   for (; matvar_t* raw = MATIO(Mat_VarReadNextInfo)(file); ++count) {
@@ -245,7 +245,7 @@ int counted(mat_t* file, std::uintmax_t bytes) {
 }
 
 NamedMatrices read_here(const std::string& path, std::uintmax_t bytes) {
-  // int8 that become doubles, twice, and as much again for what libmatio keeps; beside that, its buffers
+  // int8 become doubles, twice, and libmatio keeps as much again; its buffers come in addition
   constexpr std::uintmax_t copies = 32,
                            buffers = (std::uintmax_t{64} << 20) + 2 * sizeof(double) * most_full_entries;
   const MemoryLimit limit(copies * bytes + buffers);
@@ -261,8 +261,8 @@ NamedMatrices read_here(const std::string& path, std::uintmax_t bytes) {
   return found;
 }
 
-/// In a process of its own, where it can be limited, stopped, and break. Names
-/// travel as matrices of their bytes.
+/// Reads a file in a process of its own, which can be limited, interrupted, and may crash. Names are
+/// transferred as matrices of bytes.
 NamedMatrices read_in_child(const std::string& path, std::uintmax_t bytes) {
   constexpr double always = INFINITY;
   const std::vector<Mat> parts = stoppable(always, [&] {
@@ -288,7 +288,7 @@ NamedMatrices read_matrices(const std::string& path) {
     throw Error(
         text("cannot open ", path, " as a MATLAB file: ",
              std::filesystem::exists(path) ? "it is a folder, a pipe or a device" : "there is no such file"));
-  library();  // before there is a child: it is opened once
+  library();  // loaded once, before the child exists
   NamedMatrices found;
   try {
     found = read_in_child(path, unpacked_size(path));

@@ -26,8 +26,7 @@ void check_levels(double low, double high) {
     throw Error(text("low must be below high, got low = ", rounded(low), ", high = ", rounded(high)));
 }
 
-/// Exponents of primitive polynomials over GF(2), with the order first: the taps of
-/// a register of maximum length.
+/// Exponents of primitive polynomials over GF(2), the order first: the taps of maximum-length registers.
 constexpr std::array<std::array<int, 4>, 25> taps = {{{},
                                                       {},
                                                       {2, 1},
@@ -67,7 +66,7 @@ class Random {
   std::uint64_t state_;
 };
 
-/// cos(2πx), exact at quarters of a turn.
+/// cos(2πx), exact at multiples of a quarter turn.
 double cos_turns(double x) {
   x -= std::floor(x);
   if (x == 0.25 || x == 0.75) return 0;
@@ -99,7 +98,8 @@ void fft(Complexes& x, bool inverse) {
   }
 }
 
-/// Any size: a convolution with e^{iπk²/N} (Bluestein, IEEE Trans. Audio Electroacoust. 18(4), 1970).
+/// The transform for any size, by a convolution with e^{iπk²/N} (Bluestein, IEEE Trans. Audio
+/// Electroacoust. 18(4), 1970).
 Complexes transform(const Vec& u) {
   const auto n = static_cast<std::size_t>(u.size());
   std::size_t size = 1;
@@ -110,7 +110,7 @@ Complexes transform(const Vec& u) {
     return x;
   }
   Complexes chirp_factor(n), a(size), b(size);
-  for (std::size_t k = 0; k < n; ++k)  // k² modulo 2N keeps the angle small
+  for (std::size_t k = 0; k < n; ++k)  // reduces k² modulo 2N to keep the angle small
     chirp_factor[k] =
         std::polar(1.0, M_PI * static_cast<double>(static_cast<std::uint64_t>(k) * k % (2 * n)) /
                             static_cast<double>(n));
@@ -192,13 +192,13 @@ Vec multisine(long samples, const Multisine& o) {
     const double phase = o.phases == "schroeder" ? -M_PI * number * (number - 1) / K
                          : o.phases == "random"  ? tau * random()
                                                  : 0;
-    for (long t = 0; t < samples; ++t)  // k t modulo N keeps the angle small
+    for (long t = 0; t < samples; ++t)  // reduces k t modulo N to keep the angle small
       u[t] +=
           a[j] *
           std::cos(tau * static_cast<double>(lines[j] * t % samples) / static_cast<double>(samples) + phase);
   }
   const double largest = u.cwiseAbs().maxCoeff();
-  for (double& v : u)  // terms that cancel
+  for (double& v : u)  // sums that cancelled
     if (std::fabs(v) < 1e-14 * largest) v = 0;
   if (o.peak > 0 && largest > 0) u *= o.peak / largest;
   return u;

@@ -102,7 +102,7 @@ BoundedMinimum least_squares_within(const Residuals& r, const Vec& given, const 
   if (!model)
     throw Failure(
         "the residuals cannot be differentiated at the start: next to it they are not finite; start elsewhere");
-  const auto from_there = [&](Vec& theta) {  // the start is not evaluated twice
+  const auto from_there = [&](Vec& theta) {  // avoids a second evaluation at the start
     std::optional<QuadraticModel> here;
     here.swap(model);
     return here ? here : loss(theta);

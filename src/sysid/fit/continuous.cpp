@@ -10,7 +10,7 @@
 namespace pendula::sysid {
 namespace {
 
-/// Controllable form in the time unit of its fastest coefficient, so that entries are of size 1.
+/// Controllable canonical form, with time scaled by the fastest coefficient so that entries are of size 1.
 struct Realisation {
   Mat A;
   Vec B;
@@ -62,7 +62,7 @@ struct Sampled {
   bool fraction = false;
 };
 
-/// For a record of so many samples: what is delayed by more of them does not arrive in it.
+/// Discretises for a record of so many samples; longer delays have no effect on it.
 Sampled sampled(const Realisation& r, double delay, double Ts, Index samples) {
   Sampled s;
   const double periods = std::floor(delay / Ts + 1e-9), most = static_cast<double>(samples);
@@ -90,7 +90,7 @@ Vec simulate_held(const ContinuousModel& m, const Vec& u, double Ts, bool settle
   Vec next = x;
   Vec y(u.size());
   for (Index k = 0; k < u.size(); ++k) {
-    // with a fraction of a sample the switched value has not arrived yet
+    // with a fraction of a sample the new input value is still delayed
     y[k] = r.C * x + r.D * past(s.fraction ? k - s.d - 1 : k - s.d);
     next.noalias() = s.Phi.lazyProduct(x);
     next += s.after * past(k - s.d) + s.before * past(k - s.d - 1);

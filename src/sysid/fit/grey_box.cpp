@@ -17,7 +17,7 @@
 namespace pendula::sysid {
 namespace {
 
-/// Where a search ended.
+/// The end of a search.
 struct Found {
   Vec theta;
   GreyBoxPoint at;
@@ -27,8 +27,8 @@ struct Found {
   bool converged = false;
 };
 
-/// Minimises the squared errors of the simulation from θ, the point at it. Steps at which the model cannot be
-/// integrated are refused; V is known to the accuracy of the integration.
+/// Minimises the squared simulation errors from θ, where `at` is the evaluation. Steps to points where the
+/// model cannot be integrated are rejected. V is known to the accuracy of the integration.
 Found search(std::vector<Experiment>& experiments, const GreyBoxRequest& r, const Vec& theta,
              GreyBoxPoint at) {
   if (theta.size() == 0) return {theta, at, {at.sse}, {}, "", true};
@@ -60,9 +60,9 @@ Found search(std::vector<Experiment>& experiments, const GreyBoxRequest& r, cons
   return found;
 }
 
-/// The search from the guess, over a sixteenth of every record, then from there over an eighth, …, the whole.
-/// Errors of a phase grow with time: over the whole record an oscillation of the wrong frequency has many
-/// minima, over a part of a period one. Nothing where the model cannot be integrated over a part.
+/// A search from the guess over a sixteenth of every record, then from its result over an eighth, …, finally
+/// over the whole. Phase errors grow with time: over the whole record an oscillation of the wrong frequency
+/// causes many minima, over less than a period only one. Empty if the model cannot be integrated over a part.
 std::optional<Found> search_growing(std::vector<Experiment>& experiments, const GreyBoxRequest& r) {
   std::optional<Found> found;
   Vec theta = r.bounds.nearest(r.guess);
@@ -79,7 +79,7 @@ std::optional<Found> search_growing(std::vector<Experiment>& experiments, const 
   return found;
 }
 
-/// Σ (y - mean)² of what was measured.
+/// Σ (y - mean)² of the measured samples.
 double variation_of(const IdData& data) {
   double sum = 0;
   for (Index j = 0; j < data.outputs(); ++j) {
@@ -134,8 +134,8 @@ void add_parameter(GreyBoxRequest& r, Expr p, double value, Index owner) {
   r.bounds.upper[n] = std::numeric_limits<double>::infinity();
 }
 
-/// Initial values belong to their experiment: those among the parameters, and those
-/// that the start leaves open.
+/// Makes initial values specific to their experiment: those among the parameters, and those that the
+/// start leaves open.
 GreyBoxRequest complete(const GreyBoxRequest& given) {
   GreyBoxRequest r = given;
   const auto count = given.parameters.size();
@@ -159,14 +159,14 @@ std::string name_of(const GreyBoxRequest& r, std::size_t i) {
   return to_text(p) + (r.owner[i] < 0 ? "(0)" : text("(0) of experiment ", r.owner[i] + 1));
 }
 
-/// σ² (JᵀJ)⁻¹ of what does not rest on a bound.
+/// σ² (JᵀJ)⁻¹ for the parameters that are not at a bound.
 void find_covariance(GreyBoxFit& out, const GreyBoxPoint& at, double accuracy) {
   Mat J = at.J;
   for (const Index i : out.active) J.col(i).setZero();
   out.ls = solve_triangular(pendula::triangular_factor(J, at.e).R(), at.e.size(), accuracy);
 }
 
-/// From the guess over the whole record; where that leaves much unexplained, also over growing parts of it.
+/// Searches from the guess over the whole record; if the fit is poor, also over growing parts of it.
 Found best_of_searches(std::vector<Experiment>& experiments, GreyBoxFit& out, double variation) {
   const GreyBoxRequest& r = out.request;
   constexpr double poor = 0.25;  // of the variation: a fit of 50 %
@@ -229,7 +229,7 @@ GreyBoxFit fit(const GreyBoxRequest& given) {
     out.fit.push_back(fit_percent(vy, ve));
   }
   out.quality = criteria(at.sse, at.e.size(), out.ls.rank, variation);
-  // What the integration leaves is no noise.
+  // the error of the integration does not count as noise
   const double size = request.data.y.array().isNaN().select(0, request.data.y).norm();
   out.exact = std::sqrt(at.sse) <= (request.dt > 0 ? 1e-9 : 10 * request.rtol) * (size + 1e-300);
   out.covariance = (out.exact ? 0 : out.quality.sigma2) * out.ls.inverse;

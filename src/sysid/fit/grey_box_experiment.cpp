@@ -13,8 +13,8 @@
 
 namespace pendula::sysid {
 
-/// u(t) from samples at from + k Ts, to the last digit of these times: steps end there, with the value from
-/// the left. Before the first and after the last the nearest one.
+/// u(t) from samples at from + k Ts, with these times exact to the last digit: steps end there, with the
+/// value from the left. Outside the record the nearest sample holds.
 static integrate::Problem::Input sampled(const Vec& u, double from, double Ts, bool hold) {
   return [u, from, Ts, hold](double t) {
     const auto time = [&](Index k) { return from + static_cast<double>(k) * Ts; };
@@ -50,7 +50,7 @@ void Experiment::shorten(double share) {
     times_.push_back(r_.from + static_cast<double>(k) * r_.data.Ts);
 }
 
-/// The start at θ.
+/// The start for parameters θ.
 dae::StartRequest Experiment::start_at(const Vec& theta) const {
   dae::StartRequest start = r_.start;
   start.t = r_.from;

@@ -12,7 +12,7 @@ namespace {
 
 using LongMat = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
 
-/// Column of [U_f W_p Y_f] for each signal (inputs, then outputs) at each offset -i … i-1.
+/// The column of [U_f W_p Y_f] for each signal (inputs, then outputs) at each offset -i … i-1.
 std::vector<Index> columns(const Hankel& h) {
   const Index m = h.inputs, p = h.outputs, c = m + p, f = h.future(), w = h.past();
   std::vector<Index> at(static_cast<std::size_t>(2 * h.i * c));
@@ -25,7 +25,7 @@ std::vector<Index> columns(const Hankel& h) {
   return at;
 }
 
-/// aᵀ b in long double over blocks whose own rounding averages out.
+/// aᵀ b: long double sums over blocks in double, whose rounding errors average out.
 long double dot(const double* a, const double* b, Index n) {
   constexpr Index block = 256;
   long double sum = 0;
@@ -57,8 +57,8 @@ LongMat moments(const Mat& s, Index blocks, Index windows) {
   return G;
 }
 
-/// Nothing where the factor would have lost digits: an entry r of the diagonal, relative to the norm of its
-/// column, carries the relative error u/r² with u ≈ 1e-17 of the sums above.
+/// Empty if the factor would have lost digits: a diagonal entry r, relative to the norm of its column, has
+/// the relative error u/r² with u ≈ 1e-17 from the sums above.
 std::optional<Mat> cholesky(const LongMat& G) {
   const auto scale = G.diagonal().cwiseSqrt().eval();
   if (!(scale.minCoeff() > 0)) return std::nullopt;

@@ -12,7 +12,7 @@
 namespace pendula::sysid {
 namespace {
 
-/// Every signal of every experiment through num/den from rest; y replaced where given.
+/// Filters every signal of every experiment by num/den, initially at rest; y is replaced if given.
 IdData filtered_data(const IdData& d, const Vec& num, const Vec& den) {
   IdData out = d;
   for (Index k = 0; k < d.experiments(); ++k) {
@@ -27,7 +27,7 @@ IdData filtered_data(const IdData& d, const Vec& num, const Vec& den) {
   return out;
 }
 
-/// Σ B/A u: what the inputs alone do.
+/// Σ B/A u: the response to the inputs alone.
 Vec simulated(const IdData& d, const Polynomials& p) {
   Vec out = Vec::Zero(d.samples());
   for (Index k = 0; k < d.experiments(); ++k) {
@@ -44,7 +44,7 @@ struct Estimate {
   Mat covariance;
 };
 
-/// Zᵀ(y - Φθ) = 0 on the rows that both have.
+/// Solves Zᵀ(y - Φθ) = 0 on the common rows.
 Estimate solve_instruments(const IdData& d, const IdData& instruments, const Orders& orders) {
   const Regressor Phi(d, 0, orders, InitialCondition::drop);
   const Regressor Z(instruments, 0, orders, InitialCondition::drop);
@@ -66,7 +66,7 @@ Estimate solve_instruments(const IdData& d, const IdData& instruments, const Ord
   return out;
 }
 
-/// A(q) of an AR model of the errors A y - B u.
+/// A(q) of an AR model of the equation errors A y - B u.
 Vec noise_model(const IdData& d, const Polynomials& p, int order) {
   IdData v = d;
   v.u.resize(d.samples(), 0);

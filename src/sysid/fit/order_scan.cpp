@@ -65,10 +65,11 @@ std::vector<Index> columns_of(int na, int nb, int nk, const Orders& largest, std
   return out;
 }
 
-/// What is left of y is rounding; models that leave nothing are told apart by their size alone.
+/// Is the remainder of y rounding? Such models are compared by their size alone.
 bool exact(const Mat& errors, const Mat& y) { return errors.norm() <= 1e-13 * y.norm(); }
 
-/// One model: of several outputs the loss is det(EᵀE/N) and d counts the parameters of all (Ljung §16.4).
+/// The result for one model. For several outputs the loss is det(EᵀE/N), and d counts the parameters of
+/// all (Ljung §16.4).
 ScanEntry entry_of(int na, int nb, int nk, const std::vector<Index>& columns, const Factored& fe,
                    const Factored& fv) {
   const Index p = fe.variation.size();
@@ -108,7 +109,7 @@ void check(const Range& r, const char* name, int least) {
   if (r.to > 200) throw Error(text(name, " = ", r.to, " is too large for a scan"));
 }
 
-/// One model of the scan, and the columns of the largest regressor that it uses.
+/// A model of the scan with its columns of the largest regressor.
 struct Candidate {
   int na, nb, nk;
   std::vector<Index> columns;
@@ -192,7 +193,7 @@ OrderScan order_scan(const IdData& e, const IdData* v, Range na, Range nb, Range
 
 namespace {
 
-/// " (na = 10, nk = 1: at the end of the range)", where a wider range could hold a better model.
+/// " (na = 10, nk = 1: at the end of the range)", if a wider range may contain a better model.
 std::string on_the_edge(const OrderScan& s, const ScanEntry& e) {
   std::vector<std::string> words;
   const auto add = [&](const char* name, const Range& r, int value, int least) {

@@ -17,14 +17,15 @@ namespace {
 
 const Vec one = Vec::Ones(1);
 
-/// Column `to` of J: the signal delayed by k.
+/// Sets column `to` of J to the signal delayed by k.
 void put_delayed(Eigen::Ref<Vec> to, const Vec& x, Index k, double sign) {
   const Index n = x.size(), lag = std::min(k, n);
   to.head(lag).setZero();
   to.tail(n - lag) = sign * x.head(n - lag);
 }
 
-/// The initial-state responses: impulses in rows 0 … count-1 through 1/P; as many of n rows as they last.
+/// The responses to initial states: impulses in rows 0 … count-1 filtered by 1/P, in as many of n rows as
+/// they are visible.
 Mat start_responses(const Vec& P, Index n, Index count) {
   const Vec g = ringing(P, one, n);
   Index last = n - 1;
@@ -35,7 +36,7 @@ Mat start_responses(const Vec& P, Index n, Index count) {
   return Z;
 }
 
-/// One experiment.
+/// The data of one experiment.
 struct Part {
   Vec y;
   std::vector<Vec> u;
@@ -119,8 +120,8 @@ std::vector<Part> parts_of(const IdData& d, Index output) {
   return parts;
 }
 
-/// Replaces zeros of C and F outside the unit circle by their mirror images 1/z̄, which leave the spectrum of
-/// C e as it is up to a factor (Ljung §10.2, (10.63)). False where a polynomial is not finite.
+/// Replaces zeros of C and F outside the unit circle by their mirror images 1/z̄, which preserves the
+/// spectrum of C e up to a factor (Ljung §10.2, (10.63)). False if a polynomial is not finite.
 bool make_admissible(Vec& theta, const Orders& orders) {
   if (!theta.allFinite()) return false;
   Polynomials p = polynomials_of(theta, orders);
@@ -153,8 +154,8 @@ PredictionErrors evaluate(const std::vector<Part>& parts, const Orders& orders, 
   return out;
 }
 
-/// ε and its gradient where samples of y are missing: the whitened errors of the Kalman filter, scaled so
-/// that their sum of squares is the likelihood with its variance eliminated.
+/// ε and its gradient if samples of y are missing: the whitened errors of the Kalman filter, scaled so that
+/// their sum of squares is the likelihood with eliminated variance.
 PredictionErrors evaluate_with_gaps(const std::vector<Part>& parts, const Orders& orders, const Vec& theta,
                                     InitialCondition start) {
   double unit = 1;
@@ -190,13 +191,13 @@ PredictionErrors evaluate_with_gaps(const std::vector<Part>& parts, const Orders
   return out;
 }
 
-/// The search for one minimum, with the last evaluation kept: usually it is the one at the minimum.
+/// The search for one minimum. Keeps the last evaluation, which usually is the one at the minimum.
 class Search {
  public:
   Search(const std::vector<Part>& parts, const Orders& orders, const PemOptions& o, bool gaps)
       : parts_(parts), orders_(orders), o_(o), gaps_(gaps) {}
 
-  /// Where the loss is finite at `start`; gives up with Ending::known when it comes within 0.1 % of `known`.
+  /// Runs from `start` if the loss is finite there; ends with Ending::known within 0.1 % of `known`.
   std::optional<Minimum> run(const Vec& start, const Vec& known) {
     const auto loss = [&](Vec& theta) -> std::optional<QuadraticModel> {
       if (!make_admissible(theta, orders_)) return {};
@@ -237,7 +238,7 @@ class Search {
   PredictionErrors at_;
 };
 
-/// Is a zero of the polynomial on the unit circle, or beyond 1 - 1e-4?
+/// Does the polynomial have a zero on the unit circle, or beyond 1 - 1e-4?
 bool reaches_circle(Vec p) {
   constexpr double radius = 1 - 1e-4;
   for (Index k = 1; k < p.size(); ++k) p[k] *= std::pow(radius, -static_cast<double>(k));
@@ -259,11 +260,11 @@ std::vector<std::string> warnings(const PolyModel& m) {
   return out;
 }
 
-/// One start of the search and where it led.
+/// A start of the search with its result.
 struct Attempt {
   std::string start;
   double value;  ///< ½ Σ ε²
-  bool known;    ///< came to a minimum that another start had found
+  bool known;    ///< reached a minimum found from another start
 };
 
 /// "a minimum (slope 2e-10), from the start of Steiglitz and McBride; 2 other starts lead there".
@@ -294,7 +295,7 @@ std::string verdict(const PolyModel& m, const Minimum& best, const std::vector<A
   return out;
 }
 
-/// Without noise nothing is known of C and D: their columns of J are rounding. They become 1.
+/// Without noise C and D are undetermined, since their columns of J are rounding; sets them to 1.
 void forget_noise(PolyModel& m, Mat& J) {
   Index at = m.orders.na;
   for (const int b : m.orders.nb) at += b;

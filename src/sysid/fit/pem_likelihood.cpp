@@ -14,8 +14,8 @@
 namespace pendula::sysid {
 namespace {
 
-/// -ln L of the errors with the weights w = (-ln f)′(ε)/ε: its gradient is Jᵀ W ε, and JᵀWJ is a model of its
-/// curvature. Errors near 0, where the weight of a density with a kink is infinite, count as `floor`.
+/// A model of -ln L with weights w = (-ln f)′(ε)/ε: gradient Jᵀ W ε, curvature approximated by JᵀWJ. The
+/// weight of a density with a kink is infinite at 0, so smaller errors are replaced by `floor`.
 QuadraticModel weighted_model(const PredictionErrors& at, const NegativeLogarithm& f) {
   const double floor = 1e-9 * std::sqrt(at.e.squaredNorm() / static_cast<double>(at.e.size()));
   double value = 0;
@@ -67,7 +67,7 @@ PolyModel pem(const IdData& d, Index output, const Orders& orders, const std::st
   const auto N = static_cast<double>(at.rows);
   LikelihoodFit fit;
   fit.theta = m.theta;
-  double information = 0;  // of one sample, in units of the scale
+  double information = 0;  // of one sample, relative to the scale
   if (density.kind == Density::Kind::gaussian) {
     fit.scale = density.scale.value_or(std::sqrt(at.e.squaredNorm() / N));
     information = 1 / (fit.scale * fit.scale);

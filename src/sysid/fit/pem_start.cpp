@@ -8,7 +8,7 @@
 namespace pendula::sysid {
 namespace {
 
-/// The same record with other signals.
+/// The record with other signals.
 IdData with_signals(const IdData& like, const Vec& y, const Mat& u) {
   IdData d = like;
   d.y = y;
@@ -23,7 +23,7 @@ Vec regress(const IdData& d, const Orders& orders) {
   return regressor.rows() > 0 ? solve_regression(regressor).theta : Vec(Vec::Zero(regressor.columns()));
 }
 
-/// p_k ρᵏ with the largest ρ ≤ 1 of a few that makes the polynomial stable.
+/// p_k ρᵏ with the largest ρ ≤ 1 of a sequence for which the polynomial is stable.
 Vec stabilised(Vec p) {
   for (int tries = 0; tries < 200 && !stable(p); ++tries) {
     double factor = 1;
@@ -33,7 +33,7 @@ Vec stabilised(Vec p) {
   return p;
 }
 
-/// Filters every experiment of a signal from rest.
+/// Filters every experiment of a signal, initially at rest.
 Vec filtered_parts(const IdData& d, const Vec& num, const Vec& den, const Vec& x) {
   Vec out(x.size());
   for (Index k = 0; k < d.experiments(); ++k) {
@@ -43,7 +43,7 @@ Vec filtered_parts(const IdData& d, const Vec& num, const Vec& den, const Vec& x
   return out;
 }
 
-/// Innovations of y given u by a long ARX model; zero where it has no past.
+/// Innovations of y given u by a long ARX model; zero for rows without a complete past.
 Vec innovations(const IdData& d, int order) {
   Orders o;
   o.na = order;
@@ -145,14 +145,14 @@ void noise_start(const IdData& d, const Orders& orders, int order, Polynomials& 
   }
 }
 
-/// The first k + 1 coefficients of p, padded with zeros.
+/// The first k + 1 coefficients of p, zero-padded.
 Vec resized(const Vec& p, Index k) {
   Vec out = Vec::Zero(k + 1);
   out.head(std::min(k + 1, p.size())) = p.head(std::min(k + 1, p.size()));
   return out;
 }
 
-/// An ARX model with as many poles as the largest F has: its A as every F and as D.
+/// The poles of an ARX model of the order of the largest F: its A becomes every F and D.
 Vec equation_error_poles(const IdData& d, const Orders& orders, Polynomials p) {
   Orders o = orders;
   o.nc = o.nd = 0;

@@ -14,7 +14,7 @@
 namespace pendula::sysid {
 namespace {
 
-/// Column of u that a name stands for: its name, u (the only one), or u1, u2, …
+/// The column of u with this name: its own name, u (if it is the only one), or u1, u2, …
 Index input_column(const std::string& name, const IdData& d) {
   for (std::size_t i = 0; i < d.u_names.size(); ++i)
     if (d.u_names[i] == name) return static_cast<Index>(i);
@@ -79,8 +79,8 @@ class Recursion {
           const Index s = t - p_.terms[fed_back_[j]].lag;
           if (s >= begin) slope.col(t) += out[n + 1 + j] * slope.col(s);
         }
-        // Rows must not depend on θ, or the fewest rows would be the least sum: in
-        // nonlinear predictors data decide.
+        // Usable rows must not depend on θ, or the sum would be smallest with the fewest rows; for nonlinear
+        // predictors the data decide.
         const bool usable =
             p_.recursive || (p_.linear ? std::isfinite(all[t]) : known(in.data() + n, p_.terms.size()));
         if (std::isfinite(d_.y(t, 0)) && usable) rows.push_back(t);
@@ -98,7 +98,7 @@ class Recursion {
     }
   }
 
-  const std::vector<Index>& rows() const { return rows_; }  ///< of the last run
+  const std::vector<Index>& rows() const { return rows_; }  ///< used in the last run
 
  private:
   static bool known(const double* slots, std::size_t terms) {
@@ -130,8 +130,8 @@ LeastSquares linearised(const Mat& J, const Vec& e) {
   return solve_triangular(pendula::triangular_factor(J, e).R(), e.size());
 }
 
-/// Minimises ½‖y - ŷ(θ)‖² from theta; e, J and yhat belong to the minimum, one row of
-/// `iterates` to each point on the way.
+/// Minimises ½‖y - ŷ(θ)‖² from theta. e, J and yhat belong to the minimum; `iterates` has one row per point
+/// of the search.
 Minimum search(Recursion& recursion, Vec& theta, Vec& e, Mat& J, Vec& yhat, Mat& iterates) {
   const auto loss = [&](Vec& at) -> std::optional<QuadraticModel> {
     recursion.run(at, e, J, yhat);
@@ -175,7 +175,7 @@ void check(const Predictor& p, const IdData& d, InitialCondition start) {
                    d.samples(), missing(d) > 0 ? "; " + missing_text(d) : ""));
 }
 
-/// The estimate of this density instead of least squares.
+/// Replaces the least-squares estimate by the maximum-likelihood estimate for this density.
 void maximise_likelihood(PredictorFit& f, const Regression& r, const Density& density) {
   const LikelihoodFit best = maximise(r, density);
   f.theta = best.theta;
@@ -246,7 +246,8 @@ PredictorFit fit(const Predictor& p, const IdData& d, InitialCondition start, co
   f.first = start == InitialCondition::zero ? 0 : p.memory();
   if (density) {
     const Regression r = regression(p, d, start);
-    if (f.unidentifiable.empty()) maximise_likelihood(f, r, *density);  // else the rank report comes first
+    // otherwise the rank is reported first
+    if (f.unidentifiable.empty()) maximise_likelihood(f, r, *density);
   }
   return f;
 }

@@ -10,7 +10,8 @@ namespace pendula::sysid {
 
 PolyModel regularised_arx(const IdData& d, Index output, const Orders& orders, InitialCondition start,
                           Kernel kernel) {
-  PolyModel m = arx(d, output, orders, start);  // names, rows, and the errors of data that say nothing
+  // supplies names, rows, and error messages for uninformative data
+  PolyModel m = arx(d, output, orders, start);
   const Regressor regressor(d, output, m.orders, start);
   const TriangularFactor factor = triangular_factor(regressor);
   std::vector<Index> sizes;

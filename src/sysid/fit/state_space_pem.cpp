@@ -13,7 +13,7 @@
 namespace pendula::sysid {
 namespace {
 
-/// The entries that vary, in the order of StateSpaceModel::covariance, then the initial states.
+/// The free entries in the order of StateSpaceModel::covariance, then the initial states.
 class Entries {
  public:
   explicit Entries(const StateSpaceModel& m) : m_(m), noise_(!m.K.isZero(0)) {}
@@ -56,7 +56,7 @@ class Entries {
   Index count_ = 0;
 };
 
-/// y - ŷ of the predictor x⁺ = (A - K C) x + (B - K D) u + K y where nothing is missing.
+/// y - ŷ of the predictor x⁺ = (A - K C) x + (B - K D) u + K y for complete data.
 Mat one_step_errors(const StateSpaceModel& m, const IdData& d) {
   Mat e(d.outputs(), d.samples());
   const Mat y = d.y.transpose();
@@ -78,7 +78,7 @@ Mat one_step_errors(const StateSpaceModel& m, const IdData& d) {
   return e;
 }
 
-/// Errors whose squares are to be minimised, for a given Λ.
+/// The residuals to be minimised for a given Λ.
 Vec residuals(const StateSpaceModel& m, const Mat& Lambda, const IdData& d, bool gaps) {
   if (!(spectral_radius(m.A - m.K * m.C) < 1))
     return Vec::Constant(1, std::numeric_limits<double>::quiet_NaN());
@@ -88,7 +88,7 @@ Vec residuals(const StateSpaceModel& m, const Mat& Lambda, const IdData& d, bool
   return std::exp(e.log_det / (2 * static_cast<double>(e.whitened.size()))) * e.whitened;
 }
 
-/// The covariance of the innovations, from the samples that are complete.
+/// The covariance of the innovations, from complete samples.
 Mat innovation_covariance(const StateSpaceModel& m, const Mat& Lambda, const IdData& d, bool gaps) {
   if (!gaps) {
     const Mat e = one_step_errors(m, d);
@@ -125,7 +125,7 @@ IdModel refined(StateSpaceModel m, const IdData& d, int iterations) {
   for (int pass = 0; pass < (p == 1 ? 1 : 5); ++pass) {
     const auto errors = [&](const Vec& at) { return residuals(entries.at(at), Lambda, d, gaps); };
     const Vec sizes = Vec::Constant(theta.size(), 1e-3 * (1 + theta.cwiseAbs().mean()));
-    // Directions of mere coordinates have slopes of 1e-9 by differences.
+    // Directions that change coordinates only have slopes of 1e-9 by differences.
     best = least_squares_within(errors, theta, {}, sizes, iterations, 1e-7);
     theta = best.search.theta;
     steps += best.search.iterations;

@@ -1,4 +1,4 @@
-// From Hankel matrices to A, C, K and the states; state_space.cpp uses the model.
+// From Hankel matrices to A, C, K and the states; the model is defined in state_space.cpp.
 #include <algorithm>
 #include <cmath>
 
@@ -18,7 +18,7 @@ namespace {
 
 using Svd = Eigen::BDCSVD<Mat>;
 
-/// Signals of equal size: every output and input divided by its root mean square.
+/// Scales every output and input by its root mean square.
 struct Scaled {
   IdData d;
   Vec y, u;
@@ -47,7 +47,7 @@ struct Decomposed {
   Vec S;
 };
 
-/// R₂₃ᵀ R₂₂⁻ᵀ: the future outputs that the past predicts, per entry of w_p; R₂₂ may be singular.
+/// R₂₃ᵀ R₂₂⁻ᵀ: future outputs predicted by the past, per entry of w_p; R₂₂ may be singular.
 Mat predicted_by_past(const Hankel& h) {
   return Mat(Mat(h.R22()).completeOrthogonalDecomposition().solve(Mat(h.R23()))).transpose();
 }
@@ -76,7 +76,7 @@ Decomposed decompose(const Hankel& h, const std::string& weighting) {
   const Svd svd(out.left * O, Eigen::ComputeThinU);
   out.U = svd.matrixU();
   out.S = svd.singularValues();
-  for (Index j = 0; j < out.U.cols(); ++j) {  // signs are free: the largest entry is positive
+  for (Index j = 0; j < out.U.cols(); ++j) {  // the sign is free: makes the largest entry positive
     Index at = 0;
     out.U.col(j).cwiseAbs().maxCoeff(&at);
     if (out.U(at, j) < 0) out.U.col(j) *= -1;
@@ -84,7 +84,7 @@ Decomposed decompose(const Hankel& h, const std::string& weighting) {
   return out;
 }
 
-/// The least σ²(n+1) + d(n) ln N / N; with exact data the rank.
+/// Minimises σ²(n+1) + d(n) ln N / N; for exact data the rank.
 int choose_order(const Vec& S, const SubspaceOptions& o, const IdData& d, Index windows, bool exact,
                  std::string& words) {
   const auto limit = std::min<int>(o.most, static_cast<int>(S.size()) - 1);
@@ -133,8 +133,8 @@ void check_size(const IdData& d, Index i, int order) {
                      " block rows: ", need + 2 * i - 1, " are needed; lower the order or the horizon"));
 }
 
-/// K from the residuals of x̂(t+1) and y(t) given x̂(t) and u(t), where x̂(t) = L w_p(t); w_p(t+1) is w_p(t)
-/// after u(t) and y(t), without the oldest.
+/// K from the residuals of x̂(t+1) and y(t) given x̂(t) and u(t), where x̂(t) = L w_p(t). w_p(t+1) is w_p(t)
+/// with u(t) and y(t) appended and the oldest samples dropped.
 Mat noise_gain(const Hankel& h, const Mat& A, const Mat& C, const Mat& L) {
   const Index n = A.rows(), m = h.inputs, p = h.outputs, past = h.past();
   Mat S(h.shorter.rows(), past + m + p);  // [w_p u y]
@@ -153,13 +153,13 @@ Mat noise_gain(const Hankel& h, const Mat& A, const Mat& C, const Mat& L) {
   return kalman_gain(A, C, cov.bottomRightCorner(n, n), cov.bottomLeftCorner(n, p), cov.topLeftCorner(p, p));
 }
 
-/// Any gain that makes A - K C stable.
+/// A gain for which A - K C is stable.
 Mat observer_gain(const Mat& A, const Mat& C) {
   const Index n = A.rows(), p = C.rows();
   return kalman_gain(A, C, Mat::Identity(n, n), Mat::Zero(n, p), Mat::Identity(p, p));
 }
 
-/// Which columns of B linearly dependent inputs do not tell apart.
+/// Names the columns of B that linearly dependent inputs leave undetermined.
 std::vector<std::string> dependent_inputs(const IdData& d) {
   if (d.inputs() < 2) return {};
   const LeastSquares ls =
@@ -197,7 +197,7 @@ Mat kalman_gain(const Mat& A, const Mat& C, const Mat& Q, const Mat& S, const Ma
 
 IdModel subspace(const IdData& given, const SubspaceOptions& o) {
   check(given, o);
-  if (missing(given) > 0)  // near enough to begin with; the likelihood of what is there has no bias
+  if (missing(given) > 0)  // sufficient as a start; the likelihood of the available samples has no bias
     return refined(*subspace(fill(given, Filling::linear), o).state_space, given);
   const IdData& data = given;
   const Scaled s = scaled(data);
@@ -217,7 +217,7 @@ IdModel subspace(const IdData& given, const SubspaceOptions& o) {
                      ": the past adds nothing to what the inputs say about the "
                      "outputs; excite the input, or take fir"));
   const bool exact = h.R33().norm() <= 1e-9 * h.y_size();
-  if (exact && m.weighting == "CVA") m.weighting = "MOESP";  // there is no noise to weigh by
+  if (exact && m.weighting == "CVA") m.weighting = "MOESP";  // without noise there is no weighting
   const Decomposed part = decompose(h, m.weighting);
   m.singular_values = part.S;
   Index n = o.order;

@@ -1,6 +1,6 @@
-// Were the data taken in closed loop? Residuals of a long ARX model are the innovations whatever the loop; in
-// open loop they know nothing of later inputs (Ljung, 2nd ed., §13.4). Inputs are made white first:
-// correlations with what is new in them are independent from lag to lag, so that N Σ r² is χ² distributed.
+// Tests whether data were taken in closed loop. Residuals of a long ARX model are the innovations in any
+// loop; in open loop they are uncorrelated with later inputs (Ljung, 2nd ed., §13.4). Inputs are whitened
+// first, so that correlations at different lags are independent and N Σ r² has a χ² distribution.
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -12,8 +12,8 @@ namespace {
 constexpr int order = 10;  // of the models of y and of u
 constexpr Index lags = 25;
 
-/// u(t) less its prediction from the last samples, 0 at the first ones; empty where u is predictable to
-/// rounding or nearly so (a sine, a sweep): it then says nothing.
+/// u(t) minus its prediction from past samples, 0 at the first ones. Empty if u is (nearly) predictable, like
+/// a sine or a sweep, and therefore uninformative.
 Vec innovations(Vec u) {
   u.array() -= u.mean();
   const Index rows = u.size() - order;
@@ -27,7 +27,7 @@ Vec innovations(Vec u) {
   return out;
 }
 
-/// N Σ r(k)² of the residuals and inputs k = 1 … 25 samples later.
+/// N Σ r(k)² of the correlations between residuals and inputs k = 1 … 25 samples later.
 double statistic(const Response& r, const Vec& u) {
   double sum = 0, power = 0;
   for (Index k = 1; k <= lags; ++k) {
@@ -66,7 +66,7 @@ std::string feedback_in(const IdData& d, Index output) {
     m.inputs = inputs;
     m.outputs = {arx(one, 0, orders, InitialCondition::drop)};
     const Validation v = validate(m, 0, one);
-    // residuals that past inputs explain speak of a model that is too small, not of feedback
+    // residuals explained by past inputs indicate a model that is too small, not feedback
     if (v.bound == 0 || !v.white || !v.independent) return "";
     const Response r = predict(m, one, 1, Seed::data).front();
     std::vector<std::string> seen;
@@ -79,7 +79,7 @@ std::string feedback_in(const IdData& d, Index output) {
     }
     return join(seen, ", ");
   } catch (const UserFacing&) {
-    return "";  // data that no such model can be estimated from say nothing
+    return "";  // data that do not determine such a model do not allow the test
   }
 }
 

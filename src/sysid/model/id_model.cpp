@@ -39,7 +39,7 @@ IdModel arx(const IdData& d, const std::vector<Orders>& orders,
       }
     m.outputs.push_back(arx(channel(d, i, m.coupled), i, o, start));
   }
-  if (m.coupled && !d.u.hasNaN()) {  // all outputs together, not one of them given the others
+  if (m.coupled && !d.u.hasNaN()) {  // all outputs jointly, not one given the others
     std::vector<Response> free;
     try {
       free = predict(m, d, 0, start == InitialCondition::zero ? Seed::zero : Seed::data);
@@ -53,7 +53,7 @@ IdModel arx(const IdData& d, const std::vector<Orders>& orders,
 
 Regression regression(const IdData& d, Index output, const Orders& orders, InitialCondition start) {
   const Regressor regressor(d, output, orders, start);
-  if (regressor.rows() == 0) arx(d, output, orders, start);  // throws, and says why
+  if (regressor.rows() == 0) arx(d, output, orders, start);  // throws the reason
   Regression r{regressor.matrix(), regressor.targets(), regressor.names(), {}};
   for (const RowRange& range : regressor.ranges())
     for (Index t = range.first; t < range.last; ++t) r.sample.push_back(t + 1);
@@ -62,7 +62,7 @@ Regression regression(const IdData& d, Index output, const Orders& orders, Initi
 
 namespace {
 
-/// What is given per sample, for the rows alone.
+/// Restricts per-sample weights to the used rows.
 void choose_rows(Weighting& w, const Regression& r, Index samples) {
   const auto rows = r.y.size();
   const auto wrong = [&](const char* what, Index got) {
@@ -109,7 +109,8 @@ PolyModel arx(const IdData& d, Index output, const Orders& orders, InitialCondit
 PolyModel arx(const IdData& d, Index output, const Orders& orders, InitialCondition start,
               const Density& density) {
   PolyModel m = arx(d, output, orders, start);
-  if (m.identifiability.rank < m.theta.size()) return m;  // the rank report says what to change first
+  // the rank report contains the first thing to change
+  if (m.identifiability.rank < m.theta.size()) return m;
   const Regression r = regression(d, output, m.orders, start);
   const LikelihoodFit fit = maximise(r, density);
   m.theta = fit.theta;
@@ -129,7 +130,7 @@ PolyModel arx(const IdData& d, Index output, const Orders& orders, InitialCondit
 
 namespace {
 
-/// Simulates all outputs together, step by step: A_i y_i = Σ B u with simulated values of the other outputs.
+/// Simulates all outputs jointly, step by step: A_i y_i = Σ B u with simulated values of the other outputs.
 void simulate_experiment(const IdModel& m, const IdData& d, Index from, Index end, Index seeded, Mat& y) {
   for (Index t = from + seeded; t < end; ++t) {
     if (t % 4096 == 0) poll_interrupt();

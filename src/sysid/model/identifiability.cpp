@@ -1,4 +1,4 @@
-// Why data do not determine the parameters of a model, in words.
+// Explains why data do not determine the parameters of a model.
 #include <cmath>
 
 #include "base/counted.hpp"
@@ -20,7 +20,7 @@ bool touches(const PolyModel& m, char letter) {
   return false;
 }
 
-/// Mean and standard deviation of the samples that are there.
+/// Mean and standard deviation of the available samples.
 std::pair<double, double> mean_and_deviation(const Eigen::Ref<const Vec>& x) {
   double n = 0, mean = 0, square = 0;
   for (const double v : x)
@@ -36,8 +36,8 @@ std::pair<double, double> mean_and_deviation(const Eigen::Ref<const Vec>& x) {
 
 std::vector<std::string> offsets_in(const IdData& d, Index output) {
   const auto [mean, deviation] = mean_and_deviation(d.y.col(output));
-  // Three deviations: a signal around 0 does not come there. One that begins at 0 (a
-  // step response) needs no offset.
+  // three deviations: a signal that comes near 0 needs no offset, nor does one that begins at 0
+  // (a step response)
   double nearest = std::abs(mean);
   for (const double v : d.y.col(output))
     if (std::isfinite(v)) nearest = std::min(nearest, std::copysign(1, mean) * v);

@@ -10,7 +10,7 @@
 namespace pendula::sysid {
 namespace {
 
-/// The filter of one experiment; `slope` is ∂x̂/∂x₀.
+/// The Kalman filter of one experiment; `slope` is ∂x̂/∂x₀.
 class Filter {
  public:
   Filter(const StateSpaceModel& m, const Mat& Lambda) : m_(m), Lambda_(Lambda), factor_(Lambda) {}
@@ -77,7 +77,7 @@ class Filter {
     }
     slope_ = std::move(slope);
     P_ = 0.5 * (next + next.transpose());
-    // What is left of P against what one missing sample adds.
+    // the remaining P, relative to the contribution of one missing sample
     const double fresh = (m_.K * Lambda_ * m_.K.transpose()).norm();
     steady_ = P_.norm() <= 1e-15 * fresh;
     if (steady_) P_.setZero();
@@ -91,7 +91,7 @@ class Filter {
   bool steady_ = true;
 };
 
-/// The state at the first sample that makes Σ|whitened|² least.
+/// The state at the first sample that minimises Σ|whitened|².
 Vec best_start(Filter& filter, const IdData& d, Index from, Index to, Index n) {
   filter.begin(Vec::Zero(n));
   TriangularFactor factor(n + 1);
@@ -230,7 +230,8 @@ void require_inputs(const IdData& d) {
 
 namespace {
 
-/// C A^(h-1) x(t - h + 1) with the inputs since then: ŷ(t | t - h) from the states that the filter kept.
+/// C A^(h-1) x(t - h + 1) plus the effect of the inputs since then: ŷ(t | t - h) from the
+/// stored filter states.
 Mat ahead(const StateSpaceModel& m, const KalmanErrors& e, const IdData& d, Index horizon) {
   Mat out = e.predicted;
   for (Index k = 0; k < d.experiments(); ++k)

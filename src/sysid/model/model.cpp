@@ -141,7 +141,7 @@ double variation(const Regressor& regressor) {
                    start == InitialCondition::drop ? "; use smaller orders or ic = \"zero\"" : ""));
 }
 
-/// y(0), y(-1), …, y(1-na) that make the first na rows exact, u taken as zero before the data; empty where θ
+/// y(0), y(-1), …, y(1-na) for which the first na rows are exact, with u zero before the data; empty if θ
 /// does not determine them (a_na = 0) or there are fewer rows.
 Vec past_outputs(const IdData& d, const PolyModel& m) {
   const Index na = m.orders.na;

@@ -1,4 +1,4 @@
-// A model as users of identification toolboxes expect to read it.
+// The text of a model in the usual format of identification toolboxes.
 #include <cmath>
 
 #include "base/counted.hpp"

@@ -76,7 +76,7 @@ Vec ringing(const Vec& den, const Vec& head, Index n) {
     if (t < head.size() + order) continue;
     double recent = 0;
     for (Index k = 0; k < std::max<Index>(order, 1); ++k) recent = std::max(recent, std::abs(y[t - k]));
-    if (recent <= 1e-40 * largest) break;  // before the numbers become denormal, and slow
+    if (recent <= 1e-40 * largest) break;  // avoids denormal numbers, which are slow
   }
   return y;
 }
@@ -117,7 +117,7 @@ Vec reflected(const Vec& p) {
   companion.row(0) = -p.segment(1, n).transpose() / p[0];
   companion.diagonal(-1).setOnes();
   const Eigen::EigenSolver<Mat> solver(companion, false);
-  constexpr double largest = 1 - 1e-9;  // zeros on the circle itself move inside
+  constexpr double largest = 1 - 1e-9;  // zeros on the circle are moved inside
   Eigen::VectorXcd product = Eigen::VectorXcd::Unit(p.size(), 0) * p[0];
   for (std::complex<double> z : solver.eigenvalues()) {
     const double size = std::abs(z);
@@ -185,7 +185,7 @@ ErrorFilter error_filter(const Polynomials& p, bool simulation) {
   return out;
 }
 
-/// v = Q y - Σ R_i u_i on one experiment, samples before it zero.
+/// v = Q y - Σ R_i u_i on one experiment, with zero samples before it.
 Vec right_side(const ErrorFilter& f, const Eigen::Ref<const Vec>& y, const Eigen::Ref<const Mat>& u) {
   Vec v = filtered(f.Q, Vec::Ones(1), y);
   for (std::size_t i = 0; i < f.R.size(); ++i)
@@ -200,12 +200,12 @@ Vec noise_impulse(const Polynomials& p, Index horizon) {
   return filtered(p.C, convolve(p.A, p.D), impulse);
 }
 
-/// Takes away what the unknown initial state adds: impulses in the first rows, filtered by H/P.
+/// Removes the effect of the unknown initial state: impulses in the first rows, filtered by H/P.
 void fit_initial_state(Vec& e, const Vec& H, const Vec& P, Index memory) {
   const Vec g = filtered(H, Vec::Ones(1), ringing(P, Vec::Ones(1), e.size()));
   const Index n = std::min(memory, e.size());
   TriangularFactor factor(n + 1);
-  Index last = e.size() - 1;  // later rows say nothing about the start
+  Index last = e.size() - 1;  // later rows do not depend on the start
   const double negligible = 1e-18 * g.cwiseAbs().maxCoeff();
   while (last > 0 && std::abs(g[last]) <= negligible) --last;
   const Index rows = std::min(e.size(), last + 1 + n);
@@ -222,7 +222,7 @@ void fit_initial_state(Vec& e, const Vec& H, const Vec& P, Index memory) {
   for (Index j = 0; j < n; ++j) e.segment(j, rows - j) -= start[j] * g.head(rows - j);
 }
 
-/// Errors of one experiment; `seeded` receives the number of rows that are not compared.
+/// The errors of one experiment; `seeded` receives the number of initial rows that are not compared.
 Vec errors_of(const PolyModel& m, const Vec& y, const Mat& u, Index horizon, Seed seed, Index& seeded) {
   const ErrorFilter f = error_filter(m.p, horizon == 0);
   const Vec H = horizon > 1 ? noise_impulse(m.p, horizon) : Vec::Ones(1);

@@ -51,7 +51,7 @@ std::vector<Expr> calls_in(Expr e) {
   return out;
 }
 
-/// Is ŷ(t) = offset + φᵀθ?
+/// Splits ŷ(t) = offset + φᵀθ, if the predictor is linear.
 void split_linear(Predictor& p) {
   p.regressor.resize(static_cast<Index>(p.parameters.size()));
   p.offset = p.expression;
@@ -76,7 +76,8 @@ Index Predictor::memory() const {
 
 namespace {
 
-/// By name, trailing numbers as numbers: a, b2, b10. What a program defined before does not change θ.
+/// Order by name, with trailing numbers by value: a, b2, b10. θ thus does not depend on earlier definitions
+/// of the program.
 bool by_name(Expr a, Expr b) {
   const auto key = [](Expr e) {
     const std::string& name = symbol_of(e).name;
@@ -213,7 +214,7 @@ Predictor predictor(const SymbolicPolynomials& p, const std::vector<std::string>
   for (std::size_t i = 0; i < p.B.size(); ++i)
     add_terms(sum, product(product(p.D, p.B[i]), other_denominators(p, i)), 0, inputs[i], 1);
   add_terms(sum, product(p.C, F), 1, "yhat", -1);
-  std::vector<Expr> order;  // θ = [a  b  c  d  f], as far as it is in ŷ
+  std::vector<Expr> order;  // θ = [a  b  c  d  f], restricted to parameters in ŷ
   const std::vector<Expr> present = leaves({&sum, 1});
   const auto take = [&](const VecX& polynomial) {
     for (const Expr c : polynomial) {

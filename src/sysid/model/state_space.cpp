@@ -23,7 +23,7 @@ Index StateSpaceModel::parameters() const {
 
 namespace {
 
-/// The predictor x⁺ = F x + G u + K y, ŷ = C x + D u of one experiment; with K = 0 a simulation.
+/// The predictor x⁺ = F x + G u + K y, ŷ = C x + D u of one experiment; a simulation for K = 0.
 struct Recursion {
   Mat F, G, C, D, K;
 };
@@ -33,7 +33,7 @@ Recursion recursion(const StateSpaceModel& m, bool simulation) {
   return {m.A - m.K * m.C, m.B - m.K * m.D, m.C, m.D, m.K};
 }
 
-/// y - ŷ with the state x at the first row.
+/// y - ŷ, starting from the state x at the first row.
 Mat errors_from(const Recursion& r, const Eigen::Ref<const Mat>& y, const Eigen::Ref<const Mat>& u, Vec x) {
   Mat e = y;
   Vec next(x.size());
@@ -47,10 +47,10 @@ Mat errors_from(const Recursion& r, const Eigen::Ref<const Mat>& y, const Eigen:
   return e;
 }
 
-/// Where C Fᵗ has died out against rounding, its share of errors and of their sums, too.
+/// the size below which C Fᵗ is negligible against rounding, even in sums of errors
 constexpr double died_out = 1e-20;
 
-/// The initial state that makes the errors e(t) - C Fᵗ x least, and how many rows depend on it.
+/// The initial state that minimises the errors e(t) - C Fᵗ x, and the number of rows that depend on it.
 std::pair<Vec, Index> initial_state(const Recursion& r, const Mat& e) {
   const Index n = r.F.rows(), p = e.cols();
   TriangularFactor factor(n + 1);
@@ -126,9 +126,9 @@ std::vector<Response> predict(const StateSpaceModel& m, const IdData& d, Index h
 
 namespace {
 
-/// Regressors of the one-step errors in B, D, x0, and what is left of y, row by row. With z_jk
-/// the response of (qI - Fᵀ)⁻¹ Cᵀ to input k at output j, the response of y_j to B is zᵀ, to D it
-/// is u - zᵀ K, to x0 it is C Fᵗ.
+/// The regression of the one-step errors on B, D, x0, row by row, and the remainder of y. With z_jk the
+/// response of (qI - Fᵀ)⁻¹ Cᵀ to input k at output j, the response of y_j to B is zᵀ, to D it is u - zᵀ K, to
+/// x0 it is C Fᵗ.
 class InputRegression {
  public:
   InputRegression(const StateSpaceModel& m, const IdData& d)
@@ -143,7 +143,7 @@ class InputRegression {
   }
   bool depends_on_start() const { return observed_.norm() > died_out * Ct_.norm(); }
 
-  /// p rows: B, D, y - ŷ; into `start` those of x0.
+  /// p rows: B, D, y - ŷ; the columns of x0 go into `start`.
   void fill(Index t, Eigen::Ref<Mat> rows, Eigen::Ref<Mat> start) {
     const Index n = m_.order(), p = d_.outputs(), inputs = d_.inputs();
     for (Index j = 0; j < p; ++j) {
@@ -179,7 +179,7 @@ void fit_inputs(StateSpaceModel& m, const IdData& d) {
   InputRegression regression(m, d);
   const Index n = m.order(), p = d.outputs(), inputs = d.inputs(), nb = regression.nb(), nd = regression.nd();
   const Index common = nb + nd, states = n * d.experiments(), size = std::max<Index>(1, 256 / p);
-  // Columns x0, B, D, y; once the start has died out, the last three alone.
+  // columns x0, B, D, y; without x0 once its effect is negligible
   TriangularFactor factor(states + common + 1);
   for (Index k = 0; k < d.experiments(); ++k) {
     TriangularFactor later(common + 1);
@@ -211,7 +211,7 @@ IdModel completed(StateSpaceModel m, const IdData& d, bool exact) {
   std::vector<Response> free;
   try {
     free = predict(m, d, 0, Seed::estimate);
-  } catch (const Failure&) {  // unstable: there is no simulation to compare
+  } catch (const Failure&) {  // unstable: a simulation cannot be compared
   }
   Mat e = Mat::Zero(d.samples(), d.outputs());
   IdModel out;
@@ -290,7 +290,7 @@ StateSpaceModel observer_form(const IdModel& m) {
 
 namespace {
 
-/// Entries as they are printed: seven digits, rounding next to larger entries is zero.
+/// Entries for printing: seven digits, with rounding errors relative to larger entries set to zero.
 MatX presentable_matrix(const Mat& m) {
   const double size = m.size() > 0 ? m.cwiseAbs().maxCoeff() : 0;
   MatX out(m.rows(), m.cols());

@@ -10,14 +10,14 @@
 namespace pendula::sysid {
 namespace {
 
-constexpr double level = 2.5758293035489004;  // 99 % of the normal distribution lie within ± this
+constexpr double level = 2.5758293035489004;  // 99 % quantile of |x| for the standard normal distribution
 
 double correlation(const Vec& a, const Vec& b, Index lag) {  // Σ a(t) b(t - lag), unnormalised
   const Index n = a.size() - std::abs(lag);
   return lag >= 0 ? a.tail(n).dot(b.head(n)) : a.head(n).dot(b.tail(n));
 }
 
-/// Errors over all samples from the first compared one, 0 where there is none, and 1 where there is.
+/// Errors for all samples from the first compared one (0 if missing), with indicators of availability.
 struct Series {
   Vec e, there;
 };
@@ -35,7 +35,7 @@ Series series(const Response& r) {
   return out;
 }
 
-/// The least q with P(X > q) < 1 % for X ~ binomial(n, 0.01).
+/// The smallest q with P(X > q) < 1 % for X ~ binomial(n, 0.01).
 int chance(Index n) {
   double term = std::pow(0.99, static_cast<double>(n)), sum = term;
   int q = 0;
@@ -72,13 +72,14 @@ double chi_square_tail(double x, double dof) {
 
 namespace {
 
-/// Of an output: parameters of the noise model, which the portmanteau test takes off its degrees of freedom.
+/// The number of noise-model parameters of an output, by which the portmanteau test reduces its
+/// degrees of freedom.
 Index noise_parameters(const IdModel& m, const PolyModel& row) {
   if (m.state_space) return m.state_space->K.isZero(0) ? 0 : m.state_space->order();
   return row.p.A.size() + row.p.C.size() + row.p.D.size() - 3;
 }
 
-/// Residuals of rounding errors alone: nothing to test.
+/// The result for residuals that are rounding errors: nothing to test.
 void reproduce_exactly(Validation& v, Index inputs) {
   v.autocorrelation = Vec::Zero(v.lags);
   v.cross = Mat::Zero(2 * v.lags + 1, inputs);
@@ -88,7 +89,7 @@ void reproduce_exactly(Validation& v, Index inputs) {
   v.p = 1;
 }
 
-/// The autocorrelation of e and the test of Ljung and Box; `there`: 1 where a residual exists, 0 in gaps.
+/// The autocorrelation of e and the Ljung–Box test; `there`: 1 for existing residuals, 0 in gaps.
 void test_whiteness(Validation& v, const Vec& e, const Vec* there, Index noise_parameters) {
   const auto N = static_cast<double>(v.rows);
   const double power = e.squaredNorm();
@@ -97,7 +98,7 @@ void test_whiteness(Validation& v, const Vec& e, const Vec* there, Index noise_p
   v.allowed = chance(v.lags);
   for (Index k = 1; k <= v.lags; ++k) {
     double r = correlation(e, e, k) / power;
-    // of fewer pairs: scaled so that its variance is 1/N again
+    // with fewer pairs: scaled to variance 1/N
     if (there) r *= std::sqrt((N - static_cast<double>(k)) / std::max(1.0, correlation(*there, *there, k)));
     v.autocorrelation[k - 1] = r;
     v.Q += N * (N + 2) * r * r / (N - static_cast<double>(k));
@@ -108,7 +109,7 @@ void test_whiteness(Validation& v, const Vec& e, const Vec* there, Index noise_p
   v.white = v.p >= 0.01;
 }
 
-/// The correlations of e with every input, later ones (feedback) included.
+/// The correlations of e with every input, including later values (feedback).
 void test_inputs(Validation& v, const Vec& e, const Mat& inputs) {
   const auto N = static_cast<double>(v.rows);
   v.cross.resize(2 * v.lags + 1, inputs.cols());
@@ -179,7 +180,7 @@ Validation validate(const IdModel& model, Index output, const IdData& data, std:
 
 namespace {
 
-/// "; the largest is -0.81 at lag 0", where one is outside.
+/// "; the largest is -0.81 at lag 0", if one exceeds the bound.
 std::string strongest(const Validation& v, std::size_t input) {
   const auto i = static_cast<Index>(input);
   Index at = 0;
@@ -189,7 +190,7 @@ std::string strongest(const Validation& v, std::size_t input) {
   return text("; the largest is ", rounded(forward[at], 2), " at lag ", at);
 }
 
-/// What a correlation at lag 0 says of a model whose inputs act with a delay.
+/// A remark on a correlation at lag 0 for models whose inputs act with a delay.
 std::string without_delay(const Validation& v) {
   std::string out;
   for (std::size_t i = 0; i < v.u_names.size(); ++i)
@@ -257,7 +258,7 @@ std::vector<ComparisonRow> compare(const std::vector<std::pair<std::string, cons
                                      : free[i].fit / static_cast<double>(one.size());
       row.loss += one[i].errors.squaredNorm() / static_cast<double>(one[i].errors.size());
       if (!model->state_space) row.parameters += model->outputs[i].theta.size();
-      const bool exact = model->outputs[i].exact;  // then these criteria are those of rounding errors
+      const bool exact = model->outputs[i].exact;  // these criteria would be those of rounding errors
       row.fpe += exact ? std::numeric_limits<double>::quiet_NaN() : model->outputs[i].quality.fpe;
       row.aic += exact ? std::numeric_limits<double>::quiet_NaN() : model->outputs[i].quality.aic;
     }

@@ -77,7 +77,7 @@ LikelihoodFit exponential(const Regression& r, const Density& f) {
   return out;
 }
 
-/// -ln f(e) with its first two derivatives, one compiled kernel.
+/// -ln f(e) with its first two derivatives in one compiled kernel.
 class NegativeLog {
  public:
   explicit NegativeLog(const Density& f) {
@@ -127,9 +127,9 @@ Objective objective(const Regression& r, const NegativeLog& f, const Vec& theta)
   throw Failure("the likelihood is not finite");
 }
 
-/// Densities with a kink at e = 0, such as exp(-|e|): weighted least squares with the weights slope(e)/e,
-/// which never increases -ln L where that is concave in e² (Huber, Robust Statistics, 1981, §7.8); then the
-/// corner through the smallest errors, if it is better. False if nothing was gained.
+/// For densities with a kink at e = 0, such as exp(-|e|): weighted least squares with the weights slope(e)/e,
+/// which never increases -ln L if that is concave in e² (Huber, Robust Statistics, 1981, §7.8); then the
+/// vertex through the smallest errors, if it is better. False if there was no improvement.
 bool reweight(const Regression& r, const NegativeLog& f, Vec& theta, double& value) {
   const double before = value, floor = 1e-12 * r.y.cwiseAbs().maxCoeff();
   for (int k = 0; k < 300; ++k) {
@@ -167,10 +167,10 @@ bool reweight(const Regression& r, const NegativeLog& f, Vec& theta, double& val
   return value < before;
 }
 
-/// The estimate at a kink, with the covariance of the Fisher information: (mean slope² ΦᵀΦ)⁻¹.
+/// The estimate at a kink with covariance from the Fisher information: (mean slope² ΦᵀΦ)⁻¹.
 LikelihoodFit kinked(const Regression& r, const NegativeLog& f, LikelihoodFit out, double value) {
   const Vec e = r.y - r.Phi * out.theta;
-  const double beside = 1e-9 * r.y.cwiseAbs().maxCoeff();  // at the kink itself there is no slope
+  const double beside = 1e-9 * r.y.cwiseAbs().maxCoeff();  // the slope is undefined at the kink itself
   double information = 0;
   for (const double x : e)
     information +=
@@ -294,7 +294,7 @@ ParameterSet parameter_set(Regression r, double low, double high) {
   }
   if (!s.feasible) {
     s.smallest = smallest_bound(s.regression.Phi, s.regression.y.array() - middle);
-    if (!s.bounded) {  // what the rows do not say is 0
+    if (!s.bounded) {  // undetermined components become 0
       const Mat& free = s.null_space;
       s.smallest.theta -= free * Eigen::ColPivHouseholderQR<Mat>(free).solve(s.smallest.theta);
       s.feasible = s.smallest.bound <= half * (1 + 1e-12);

@@ -14,10 +14,10 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// The rows of G scaled to norm 1, then the box |x_i| ≤ size.
+/// The rows of G scaled to norm 1, followed by the box |x_i| ≤ size.
 struct Scaled {
   Mat rows;     ///< one constraint per column
-  Vec h, norm;  ///< norm: what the rows were divided by
+  Vec h, norm;  ///< norm: divisors of the rows
   Index real;
 };
 
@@ -53,7 +53,7 @@ Index most_violated(const Scaled& s, const Vec& x, const std::vector<Index>& act
 
 LinearSolution solve(const LinearProgram& lp) {
   const Index n = lp.c.size();
-  // Beyond this box nothing of interest happens; results are computed from the true constraints alone.
+  // The box only bounds the iteration; results are computed from the given constraints alone.
   const double reach = lp.h.size() > 0 ? lp.h.cwiseAbs().maxCoeff() : 0;
   const Scaled s = scaled(lp, 1e9 * std::max(1.0, reach));
   LinearSolution out;
@@ -72,7 +72,7 @@ LinearSolution solve(const LinearProgram& lp) {
     out.multipliers = out.multipliers.cwiseMax(0.0);
     const Index enter = most_violated(s, out.x, out.active);
     if (enter < 0) break;
-    // The entering row as a combination of the active ones: those with positive weight may leave.
+    // the entering row as a combination of the active ones; those with positive weight may leave
     const Vec weight = lu.transpose().solve(Vec(s.rows.col(enter)));
     Index leave = -1;
     double best = infinity;
@@ -93,7 +93,7 @@ LinearSolution solve(const LinearProgram& lp) {
   for (std::size_t i = 0; i < out.active.size(); ++i)
     if (out.active[i] >= s.real && out.multipliers[i] > 1e-12 * lp.c.norm())
       out.status = LinearSolution::Status::unbounded;
-  for (std::size_t i = 0; i < out.active.size(); ++i)  // of the rows as they were given
+  for (std::size_t i = 0; i < out.active.size(); ++i)  // relative to the given rows
     out.multipliers[i] /= s.norm[out.active[i]];
   out.value = lp.c.dot(out.x);
   return out;
@@ -121,9 +121,9 @@ std::vector<Index> starting_rows(const Mat& Phi, const Vec& e) {
   return rows;
 }
 
-/// Along which basic residual leaves 0, and to which side.
+/// The basic residual that leaves 0, and its sign.
 struct Edge {
-  Index row = -1;  ///< -1: none lowers the cost
+  Index row = -1;  ///< -1: none reduces the cost
   double sign = 1, rate = 0;
 };
 
@@ -141,7 +141,8 @@ Edge steepest_edge(const Vec& z, double up, double down) {
 
 Vec least_absolute(const Mat& Phi, const Vec& measured, double up, double down) {
   const Index n = Phi.cols(), N = Phi.rows();
-  // Distinct amounts of relative size 1e-10 break ties, where a vertex of many rows could hold the search up.
+  // Distinct perturbations of relative size 1e-10 break ties, since degenerate vertices could
+  // stall the search.
   Vec y = measured;
   const double size = measured.cwiseAbs().maxCoeff();
   for (Index t = 0; t < N; ++t)
@@ -167,7 +168,7 @@ Vec least_absolute(const Mat& Phi, const Vec& measured, double up, double down) 
     theta = lu.solve(rhs);
     const Vec e = y - Phi * theta;
     double cost = 0;
-    Vec g = Vec::Zero(n);  // of Σ w(e) over the rows that are not basic
+    Vec g = Vec::Zero(n);  // of Σ w(e) over the nonbasic rows
     for (Index t = 0; t < N; ++t) {
       if (basic[t]) continue;
       cost += e[t] >= 0 ? up * e[t] : -down * e[t];

@@ -1,5 +1,5 @@
-// ln f as an expression that does not pass through f: in the tails exp(-e²/2) underflows long before its
-// logarithm says anything unusual.
+// ln f as an expression that does not evaluate f: in the tails exp(-e²/2) underflows long before its
+// logarithm becomes large.
 #include "base/limits/stack.hpp"
 #include "expr/graph/graph.hpp"
 #include "sysid/noise/likelihood.hpp"
@@ -35,7 +35,7 @@ bool nonnegative(Expr e) {
   }
 }
 
-/// For every value of the symbols, as far as the form shows it.
+/// Does the form of e show that it is positive for all values of its symbols?
 bool positive(Expr e) {
   check_stack();
   switch (e.op()) {
@@ -83,7 +83,7 @@ Expr log_density(Expr f) {
       if (positive(f.operand(0))) return log_density(f.operand(0)) / Expr(2);
       break;
     case Op::ifelse:
-      for (const int i : {1, 2})  // the logarithm of zero is not a number
+      for (const int i : {1, 2})  // log 0 is infinite
         if (f.operand(i).is_constant() && !positive(f.operand(i))) return log(f);
       return ifelse(f.operand(0), log_density(f.operand(1)), log_density(f.operand(2)));
     default:

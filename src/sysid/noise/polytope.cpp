@@ -18,7 +18,7 @@ namespace {
 constexpr double relaxation = 1e-10;
 constexpr Index most_vertices = 200000;
 
-/// A fixed scrambling of integers (Steele, Lea & Flood, OOPSLA 2014, SplitMix64).
+/// A fixed hash of integers (Steele, Lea & Flood, OOPSLA 2014, SplitMix64).
 std::uint64_t scramble(std::uint64_t x) {
   x += 0x9E3779B97F4A7C15U;
   x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9U;
@@ -35,7 +35,7 @@ class DoubleDescription {
     start(basis);
   }
 
-  /// Cuts until nothing is violated; false if nothing is left.
+  /// Adds constraints until none is violated; false if the set is empty.
   bool run() {
     std::vector<Candidate> candidates = first_candidates();
     while (!candidates.empty()) {
@@ -86,7 +86,7 @@ class DoubleDescription {
     }
   }
 
-  /// The 2^d corners of the box that the basis rows make.
+  /// The 2^d vertices of the box given by the basis rows.
   void start(const std::vector<Index>& basis) {
     const Index corners = Index{1} << d_;
     x_.resize(d_, std::max<Index>(4 * corners, 1024));
@@ -114,7 +114,7 @@ class DoubleDescription {
     const Index corners = count_;
     for (Index c = 0; c < h_.size(); ++c) {
       Index v = 0;
-      for (Index i = 0; i < d_; ++i) {  // the corner farthest out
+      for (Index i = 0; i < d_; ++i) {  // the most distant vertex
         const double low = x_(i, 0), high = x_(i, corners - 1);
         if (g_(i, c) * (high - low) > 0) v |= Index{1} << i;
       }
@@ -126,7 +126,7 @@ class DoubleDescription {
 
   double tolerance(Index c) const { return 1e-13 * std::max(1e-300, size_[c]); }
 
-  /// Candidates whose witness was cut away look for another one; those that find none are redundant.
+  /// Candidates whose witness was removed search for another one; candidates without witness are redundant.
   void refresh(std::vector<Candidate>& candidates) {
     std::erase_if(candidates, [&](Candidate& c) {
       if (alive_[c.witness]) return false;
@@ -156,7 +156,7 @@ class DoubleDescription {
     return best > bound;
   }
 
-  /// Removes what violates the constraint and closes the hole; false if everything does.
+  /// Removes the vertices that violate the constraint and adds the new ones on it; false if all violate it.
   bool cut(Index c) {
     const Index before = count_;
     Vec s = (x_.leftCols(count_).transpose() * g_.col(c)).array() - h_[c];
@@ -180,7 +180,7 @@ class DoubleDescription {
     return true;
   }
 
-  /// On the edge from the kept w to the cut v, which lies on all constraints of v but the i-th.
+  /// Adds the vertex on the edge from the kept w to the removed v that drops the i-th constraint of v.
   void new_vertex(Index c, Index v, Index i, Index w, double part) {
     if (count_ - dead_ > most_vertices)
       throw Failure(text("the set has more than ", most_vertices, " vertices; use fewer parameters"));
@@ -200,8 +200,8 @@ class DoubleDescription {
     }
   }
 
-  /// Two new vertices are joined along the edge on which both drop one constraint and share the other d - 1.
-  /// `key` is a hash of those; edges are told apart by the sets themselves.
+  /// Joins two new vertices along the edge on which both drop one constraint and share the other d - 1. `key`
+  /// is a hash of the shared set; the sets themselves are compared.
   void join_along_edge(std::uint64_t key, Index id, Index k) {
     const auto [first, last] = half_edges_.equal_range(key);
     for (auto at = first; at != last; ++at) {
@@ -214,7 +214,7 @@ class DoubleDescription {
     half_edges_.emplace(key, std::pair(id, k));
   }
 
-  /// Do the vertices a and b lie on the same constraints, a's k-th and b's j-th left out?
+  /// Do the vertices a and b lie on the same constraints, except a's k-th and b's j-th?
   bool same_edge(Index a, Index k, Index b, Index j) const {
     const std::vector<Index>&on_a = active_[a], &on_b = active_[b];
     for (Index i = 0; i < d_; ++i) {
@@ -252,13 +252,13 @@ class DoubleDescription {
 
   Index d_, count_ = 0, dead_ = 0, first_new_ = 0;
   Mat g_, x_;     ///< constraints, vertices: one per column
-  Vec h_, size_;  ///< bounds, and how large the numbers are that they come from
+  Vec h_, size_;  ///< bounds, and the size of the numbers from which they were computed
   std::vector<std::vector<Index>> active_, neighbour_;
   std::vector<bool> alive_;
   std::unordered_multimap<std::uint64_t, std::pair<Index, Index>> half_edges_;
 };
 
-/// Solves the active rows with the true bounds.
+/// The vertex on the active rows, computed with the given bounds.
 Vec solved(const FeasibleSet& s, const std::vector<Index>& active) {
   const Index d = s.Phi.cols();
   Mat B(d, d);
@@ -310,7 +310,7 @@ void unite(std::vector<Index>& into, const std::vector<Index>& more) {
   into.erase(std::unique(into.begin(), into.end()), into.end());
 }
 
-/// Vertices in a stable order; coinciding ones become one.
+/// Sorts the vertices and merges coinciding ones.
 void collect(Polytope& p, const FeasibleSet& s, std::vector<std::vector<Index>> sets) {
   std::vector<std::pair<Vec, std::vector<Index>>> all;
   for (auto& set : sets) {
@@ -341,7 +341,7 @@ void collect(Polytope& p, const FeasibleSet& s, std::vector<std::vector<Index>> 
   for (std::size_t i = 0; i < kept.size(); ++i) p.vertices.row(static_cast<Index>(i)) = kept[i].transpose();
 }
 
-/// The same of a set in other units.
+/// The same for a set in other units.
 void collect_scaled(Polytope& p, const FeasibleSet& s, std::vector<std::vector<Index>> sets,
                     const Vec& unit) {
   collect(p, s, std::move(sets));
@@ -368,7 +368,7 @@ void collect_exact(Polytope& p, const ExactStrips& s, const std::vector<std::vec
     for (Index j = 0; j < p.vertices.cols(); ++j) p.vertices(i, j) = p.exact[i][j].get_d();
 }
 
-/// Counter-clockwise from the first vertex.
+/// Sorts the vertices of a polygon counter-clockwise, beginning with the first.
 void turn(Polytope& p) {
   if (p.vertices.cols() != 2 || p.vertices.rows() < 3) return;
   const Eigen::RowVectorXd middle = p.vertices.colwise().mean();
@@ -415,7 +415,7 @@ std::optional<ExactStrips> exact_strips(const Mat& Phi, const Vec& y, double low
 Polytope polytope(const FeasibleSet& given, const std::optional<ExactStrips>& exact) {
   const Index d = given.Phi.cols();
   Polytope p;
-  // In units in which the columns of Φ have norm 1: rank and structure do not depend on those of the data.
+  // units in which the columns of Φ have norm 1: rank and structure do not depend on the units of the data
   const Vec unit = given.Phi.colwise().norm().unaryExpr([](double v) { return v > 0 ? v : 1; });
   const FeasibleSet s{given.Phi * unit.cwiseInverse().asDiagonal(), given.lower, given.upper};
   for (Index r = 0; r < s.Phi.rows(); ++r)

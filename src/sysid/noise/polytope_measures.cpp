@@ -1,4 +1,5 @@
-// Volume, inscribed ball, intervals of a polytope, and the smallest bound that makes an empty one feasible.
+// Volume, inscribed ball and bounding intervals of a polytope, and the smallest noise bound for which an
+// empty one becomes feasible.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -51,7 +52,7 @@ std::vector<VertexSet> facets_of(const Polytope& p) {
   return {distinct.begin(), distinct.end()};
 }
 
-/// The facets of a facet: what it shares with the others, of at least `dimension` vertices.
+/// The facets of a facet: intersections with the others that have at least `dimension` vertices.
 std::vector<VertexSet> facets_of_face(const VertexSet& face, const std::vector<VertexSet>& neighbours,
                                       Index dimension) {
   std::set<VertexSet> distinct;
@@ -64,8 +65,8 @@ std::vector<VertexSet> facets_of_face(const VertexSet& face, const std::vector<V
   return {distinct.begin(), distinct.end()};
 }
 
-/// Splits a polytope into simplices that share an apex at every level and hands each
-/// to `visit` (d + 1 vertices).
+/// Splits a polytope into simplices with a common apex at every level and passes each to `visit` (d
+/// + 1 vertices).
 template <class Visit>
 class Splitter {
  public:
@@ -101,8 +102,8 @@ class Splitter {
 };
 
 /// Volumes of faces from those of their facets, V = Σ height · V(facet) / dimension over the facets that do
-/// not hold the apex; a face that several others share is computed once (Büeler, Enge & Fukuda, in: Polytopes
-/// – Combinatorics and Computation, 2000, §3).
+/// not contain the apex. Shared faces are computed once (Büeler, Enge & Fukuda, in: Polytopes – Combinatorics
+/// and Computation, 2000, §3).
 class FaceVolumes {
  public:
   explicit FaceVolumes(const Mat& vertices) : x_(vertices.transpose()) {}
@@ -149,7 +150,7 @@ double volume(const FeasibleSet& s, const Polytope& p) {
   const Index d = p.vertices.cols();
   if (p.vertices.rows() <= d) return 0;
   if (const auto simple = simple_volume(s, p)) return *simple;
-  // In units of the extents, so that ranks do not depend on those of the parameters.
+  // scaled by the extents, so that ranks do not depend on the units of the parameters
   const Vec low = p.vertices.colwise().minCoeff();
   Vec size = p.vertices.colwise().maxCoeff().transpose() - low;
   if (!(size.minCoeff() > 0)) return 0;
@@ -178,7 +179,7 @@ Ball largest_ball(const FeasibleSet& s, const Polytope& p) {
   const Index d = s.Phi.cols();
   std::set<Index> facets;
   for (const auto& set : p.active) facets.insert(set.begin(), set.end());
-  // Around the middle of the vertices and in units of their extent, so that the program is well scaled.
+  // centred at the mean of the vertices and scaled by their extent, so that the program is well scaled
   const Vec middle = p.vertices.colwise().mean();
   const Vec size = (p.vertices.rowwise() - middle.transpose())
                        .cwiseAbs()
@@ -209,7 +210,7 @@ SmallestBound smallest_bound(const Mat& Phi, const Vec& mid) {
   const Index d = Phi.cols(), N = Phi.rows();
   Vec scale = Phi.colwise().norm();
   for (double& size : scale)
-    if (size == 0) size = 1;  // a parameter that no row contains
+    if (size == 0) size = 1;  // a parameter that occurs in no row
   LinearProgram lp;
   lp.c = Vec::Unit(d + 1, d);
   lp.G.resize(2 * N, d + 1);

@@ -1,7 +1,7 @@
 // The volume of a simple polytope {θ : g_iᵀθ ≤ h_i} from its vertices alone: with any c that is not
 // orthogonal to an edge and c = G_vᵀγ at the vertex v, where G_v has the rows of the d facets there,
 //   vol = Σ_v (cᵀv)ᵈ / (d! |det G_v| Π γ_i)                       Lawrence, Math. Comp. 57, 1991.
-// The terms cancel; what that costs is seen at the end, and paid in digits.
+// The terms cancel; the loss of digits is measured and compensated by higher precision.
 #include <array>
 #include <cmath>
 
@@ -15,8 +15,8 @@ namespace {
 
 using Real = mpf_class;
 
-/// Solves Gᵀγ = c by elimination with pivots; G and c are overwritten, c becomes γ.
-/// Returns |det G|, 0 if singular.
+/// Solves Gᵀγ = c by elimination with pivoting; G and c are overwritten, c by γ. Returns |det G|,
+/// 0 if singular.
 class Corner {
  public:
   Corner(Index d, mp_bitcnt_t bits)
@@ -58,7 +58,7 @@ class Corner {
   }
 
  private:
-  void subtract(Real& from, const Real& times) {  // from ← from - factor · times, without new memory
+  void subtract(Real& from, const Real& times) {  // from ← from - factor · times, without allocation
     product_ = factor_ * times;
     from -= product_;
   }
@@ -114,7 +114,7 @@ std::optional<double> simple_volume(const FeasibleSet& s, const Polytope& p) {
     if (static_cast<Index>(set.size()) != d) return {};
   const Vec low = p.vertices.colwise().minCoeff(), high = p.vertices.colwise().maxCoeff();
   if (!((high - low).minCoeff() > 0)) return {};
-  Vec c(d);  // directions that no edge of measured data is orthogonal to: multiples of the golden section
+  Vec c(d);  // multiples of the golden ratio: directions that are not orthogonal to edges of measured data
   for (Index i = 0; i < d; ++i)
     c[i] = (1 + std::fmod(0.6180339887498949 * static_cast<double>(i + 1), 1)) / (high[i] - low[i]);
   constexpr std::array<mp_bitcnt_t, 3> precisions = {256, 512, 1024};

@@ -62,7 +62,7 @@ Vec simplex_minimum(const std::function<double(const Vec&)>& f, const Vec& x, in
   return std::min_element(points.begin(), points.end(), less)->second;
 }
 
-/// Hyperparameters as unbounded numbers: ln κ, ln λ/(1-λ), ln ρ/(1-ρ).
+/// Converts hyperparameters from unbounded numbers: ln κ, ln λ/(1-λ), ln ρ/(1-ρ).
 KernelGroup group_of(const Vec& x) {
   const auto share = [](double v) { return 1 / (1 + std::exp(-v)); };
   return {std::exp(x[0]), share(x[1]), x.size() > 2 ? share(x[2]) : 0};
@@ -92,7 +92,7 @@ class Evidence {
         sizes_(sizes),
         kernel_(kernel) {}
 
-  /// -2 ln p(y) up to a constant, σ² at its maximum.
+  /// -2 ln p(y) up to a constant, maximised over σ².
   double operator()(const std::vector<KernelGroup>& groups) {
     const Mat P = prior(groups);
     factor_.compute(Mat::Identity(n_, n_) + R1_ * P * R1_.transpose());
@@ -160,7 +160,7 @@ Vec units(const Mat& R, const std::vector<Index>& sizes) {
 RegularisedFit regularised(const Mat& R, Index rows, const std::vector<Index>& sizes, Kernel kernel) {
   if (!R.allFinite() || R.col(R.cols() - 1).norm() == 0)
     throw Failure("regularised least squares: the output is zero");
-  const Vec unit = units(R, sizes);  // so that hyperparameters of size 1 … rows mean the same for all data
+  const Vec unit = units(R, sizes);  // scales hyperparameters to the same range for all data
   Evidence evidence(R * unit.cwiseInverse().asDiagonal(), rows, sizes, kernel);
   const double many = std::log(static_cast<double>(rows));
   std::vector<KernelGroup> groups(sizes.size());
@@ -173,7 +173,7 @@ RegularisedFit regularised(const Mat& R, Index rows, const std::vector<Index>& s
       for (KernelGroup& g : groups) {
         Vec x{{std::log(g.size), std::log(g.decay / (1 - g.decay)), 3.0}};
         if (kernel == Kernel::dc) x[2] = std::log(g.correlation / (1 - g.correlation));
-        x = x.cwiseMax(-30).cwiseMin(30);  // a share of a group that is not needed may have rounded to 0 or 1
+        x = x.cwiseMax(-30).cwiseMin(30);  // the share of an unneeded group may have rounded to 0 or 1
         const auto value = [&](const Vec& at) {
           if (at.cwiseAbs().maxCoeff() > 40) return std::numeric_limits<double>::infinity();
           g = group_of(at);

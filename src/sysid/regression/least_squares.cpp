@@ -13,7 +13,7 @@
 namespace pendula::sysid {
 namespace {
 
-/// Reduced echelon form of the columns: free directions become unit vectors where they can.
+/// Reduced echelon form of the columns; free directions become unit vectors if possible.
 Mat echelon(Mat n) {
   Index column = 0;
   for (Index pass = 0; pass < n.rows() && column < n.cols(); ++pass) {
@@ -53,7 +53,7 @@ std::string combination(const std::vector<double>& c, const std::vector<std::str
   return out;
 }
 
-/// A column of equal meaning with small whole entries where there are such.
+/// An equivalent column with small integer entries, if there is one.
 std::vector<double> presentable(const Eigen::Ref<const Vec>& n) {
   double smallest = std::numeric_limits<double>::infinity();
   for (const double v : n)
@@ -70,7 +70,7 @@ std::vector<double> presentable(const Eigen::Ref<const Vec>& n) {
     if (denominator == 1 || whole) best = scaled;
     if (whole) break;
   }
-  for (const double v : best)  // the first entry is positive
+  for (const double v : best)  // makes the first entry positive
     if (v != 0) {
       if (v < 0)
         for (double& w : best) w = w == 0 ? 0 : -w;
@@ -87,7 +87,7 @@ void require_finite(const Mat& m, const std::string& what) {
                          "; leave that row out"));
 }
 
-/// [A y] with the rows weighted so that the errors are white.
+/// [A y] with weighted rows, so that the errors are white.
 Mat whitened(const Mat& A, const Vec& y, const Weighting& w) {
   Mat both(A.rows(), A.cols() + 1);
   both << A, y;
@@ -155,7 +155,7 @@ LeastSquares solve_triangular(const Mat& R, Index rows, double accuracy) {
   out.theta = V * (svd.matrixU().leftCols(r).transpose() * z);
   Mat P = V * V.transpose();
   out.null_space.resize(d, d - r);
-  if (r < d) {  // minimum norm in the units of θ: remove what lies in the null space
+  if (r < d) {  // minimum norm in the units of θ: removes the component in the null space
     const Mat N = scaling.cwiseInverse().asDiagonal() * svd.matrixV().rightCols(d - r);
     const Mat Q = thin_q(Eigen::HouseholderQR<Mat>(N).householderQ(), d - r);
     const Mat keep = Mat::Identity(d, d) - Q * Q.transpose();
@@ -210,7 +210,7 @@ std::vector<std::string> free_directions(const Mat& n, const std::vector<std::st
     std::string line =
         text("(", join(who, ", "), ") + α (", join(steps, ", "),
              linear ? ") predicts the same for every α" : ") predicts the same to first order in α");
-    bool alone = who.size() == 2;  // one direction over two parameters leaves one combination of them
+    bool alone = who.size() == 2;  // one direction in two parameters leaves one combination determined
     for (Index k = 0; k < n.cols(); ++k)
       for (std::size_t i = 0; i < c.size(); ++i)
         alone = alone && (k == j || c[i] == 0 || n(static_cast<Index>(i), k) == 0);

@@ -23,7 +23,7 @@ struct Sum {
   double value() const { return high + low; }
 };
 
-/// Two doubles at a time: what every x86-64 and AArch64 has.
+/// A SIMD register of two doubles, available on every x86-64 and AArch64 processor.
 typedef double Pair __attribute__((vector_size(16)));
 
 inline Pair load(const double* p) {
@@ -78,7 +78,7 @@ void products(const double* x, const double* z, Index n, Index count, Sum* out) 
   for (; k < count; ++k) out[k].add(one_product(x, z - k, n));
 }
 
-/// Consecutive lags of one signal; the target y(t) joins its own past where there is one.
+/// Consecutive lags of one signal; the target y(t) is appended to its own past if that occurs.
 struct Band {
   const double* signal;  ///< at the segment's first row, lag 0
   Index lag, count;
@@ -86,7 +86,7 @@ struct Band {
   std::vector<double> sign;
 };
 
-/// One contiguous range of rows with the signals it reads, zeros in front where there is no past.
+/// A contiguous range of rows with the signals it reads, zero-padded where there is no past.
 struct Segment {
   std::vector<std::vector<double>> padded;
   std::vector<Band> bands;
@@ -125,7 +125,8 @@ Segment make_segment(const Regressor& regressor, const RowRange& range) {
   const Index past = range.first - range.begin;
   for (Band& band : s.bands) {
     band.signal += range.first;
-    const Index need = band.lag + band.count;  // one more than the last lag: what the displacement lets in
+    // one more than the last lag: the sample that enters by the displacement
+    const Index need = band.lag + band.count;
     if (past >= need) continue;
     s.padded.emplace_back(static_cast<std::size_t>(need - past), 0.0);
     s.padded.back().insert(s.padded.back().end(), band.signal - past, band.signal + s.rows);
@@ -164,7 +165,7 @@ void add_block(const Segment& s, const Band& a, const Band& b, Mat& gram) {
     }
 }
 
-/// r = y - Φθ, g += Φᵀr without its signs, ‖r‖².
+/// r = y - Φθ, g += Φᵀr without the signs of Φ, and ‖r‖².
 void residual_pass(const Segment& s, const Regressor& regressor, const Vec& theta, std::vector<Sum>& g,
                    Sum& norm2) {
   std::array<double, block_rows> r{};
@@ -210,7 +211,7 @@ Mat gram_of(const std::vector<Segment>& segments, Index d) {
   return gram;
 }
 
-/// Refines until the correction is rounding; returns ‖y - Φθ‖² at the last θ.
+/// Refines until the correction is at the rounding level; returns ‖y - Φθ‖² at the last θ.
 double refine(const std::vector<Segment>& segments, const Regressor& regressor, const Mat& inverse,
               Vec& theta) {
   double sse = 0, previous = INFINITY;
@@ -228,7 +229,7 @@ double refine(const std::vector<Segment>& segments, const Regressor& regressor, 
     sse = norm2.value() - step.dot(gradient);
     const double size = step.norm();
     if (size <= 1e-9 * theta.norm() && sse > 1e-12 * norm2.value())
-      break;  // quadratic: the next step is rounding
+      break;  // quadratic convergence: the next step is rounding
     if (size >= 0.1 * previous) break;
     previous = size;
   }
