@@ -17,7 +17,8 @@
 namespace pendula::kernel {
 namespace {
 
-/// SIGINT passes while it lives; one that came before, while nothing ran, is dropped.
+/// Lets SIGINT through during its lifetime. A SIGINT that is already pending, sent while no cell
+/// ran, is dropped.
 class Interruptible {
  public:
   Interruptible() {
@@ -46,7 +47,7 @@ class Interpreter final : public xeus::xinterpreter {
   Interpreter();
   ~Interpreter() override;
 
-  /// Hands on what a cell shows: "stdout" and a text, "display" or "result" and an
+  /// Sends output of a cell to the front end: kind "stdout" with a text, or "display" or "result" with an
   /// object from MIME type to text.
   void publish(const std::string& kind, nl::json what);
 
@@ -65,7 +66,7 @@ class Interpreter final : public xeus::xinterpreter {
 
   lua_State* L_;
   int notebook_;    ///< reference to the table of stdlib/document/notebook.lua
-  int number_ = 0;  ///< of the cell that runs
+  int number_ = 0;  ///< number of the cell that runs
   bool silent_ = false;
 };
 
@@ -135,7 +136,7 @@ nl::json Interpreter::execute_request_impl(int number, const std::string& code, 
   silent_ = silent;
   const int base = lua_gettop(L_);
   push_function("run");
-  const std::string asked = shell::help_path(code);  // reduce?
+  const std::string asked = shell::help_path(code);  // for example "reduce?"
   const std::string source = asked.empty() ? shell::globalize(code) : "help \"" + asked + "\"";
   lua_pushlstring(L_, source.data(), source.size());
   lua_pushstring(L_, ("=In[" + std::to_string(number) + "]").c_str());
@@ -147,7 +148,8 @@ nl::json Interpreter::execute_request_impl(int number, const std::string& code, 
     const Interruptible now;
     good = lua::run(L_, 3, 2);
   }
-  // Ctrl-C between the statements of our own, and errors that are ours.
+  // run() of notebook.lua returns the errors of a cell; the call itself fails only for Ctrl-C or an error
+  // outside the user's code.
   const bool stopped = good ? lua_toboolean(L_, -1) : lua::is_interrupt(L_, -1);
   const std::string message = good ? string_at(L_, -2) : stopped ? "interrupted" : string_at(L_, -1);
   lua_settop(L_, base);
@@ -155,7 +157,7 @@ nl::json Interpreter::execute_request_impl(int number, const std::string& code, 
   if (message.empty()) return xeus::create_successful_reply();
   const std::string name = stopped ? "Interrupted" : "Error";
   if (!silent) publish_execution_error(name, message, {message});
-  // Not create_error_reply(): it takes name and text in the other order than its declaration says.
+  // Not create_error_reply(): its definition takes name and text in the opposite order of its declaration.
   return {{"status", "error"}, {"ename", name}, {"evalue", message}, {"traceback", {message}}};
 }
 

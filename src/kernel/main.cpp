@@ -1,4 +1,4 @@
-// pendula-kernel: what Jupyter starts for a notebook. `pendula kernel install` makes it known.
+// pendula-kernel: the program that Jupyter starts for a notebook; `pendula kernel install` registers it.
 #include <csignal>
 #include <cstdio>
 #include <memory>
@@ -15,7 +15,7 @@
 
 namespace {
 
-/// Threads that are started from now on inherit this; a cell lets the signal through.
+/// Threads started after this call inherit the mask; SIGINT is unblocked only while a cell runs.
 void block_interrupt() {
   sigset_t interrupt;
   sigemptyset(&interrupt);

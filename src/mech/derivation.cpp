@@ -27,7 +27,7 @@ using Index = Eigen::Index;
 
 const std::string indent(5, ' ');
 
-/// The terms of a sum, those with the same motion in them as one: { θ₁″, l₁² m₁ + l₁² m₂ }.
+/// The terms of a sum, grouped by the factor that depends on the motion: { θ₁″: l₁² m₁ + l₁² m₂ }.
 class Collected {
  public:
   explicit Collected(Expr sum) { add(sum, 1); }
@@ -81,17 +81,18 @@ class Collected {
   std::vector<std::pair<Expr, Expr>> groups_;
 };
 
-/// As a sum over what moves: M L² θ′ - M L x′ sin θ and not M L (L θ′ - x′ sin θ),
-/// (m + M) x″ and not m x″ + M x″.
+/// Writes an expression as a sum with one term per time-dependent factor: M L² θ′ - M L x′ sin θ rather than
+/// M L (L θ′ - x′ sin θ), and (m + M) x″ rather than m x″ + M x″.
 Expr as_terms(Expr e) {
-  constexpr double longest = 200;  // nodes; multiplied out, longer sums are no easier to read
+  constexpr double longest = 200;  // nodes; longer sums are no easier to read when multiplied out
   const Expr simple = simplify(e);
   if (!is_short(simple, longest)) return simple;
   const Expr terms = Collected(expand(simple)).sum();
   return 2 * display_width(to_text(terms)) > 3 * display_width(to_text(simple)) ? simple : terms;
 }
 
-/// Of a column over coordinates q: as it is where the names of vectors say all of it.
+/// as_terms() of every entry of a column over the coordinates q; entries that are printed by the names of
+/// vectors are only simplified.
 VecX as_terms(const VecX& q, const VecX& v) {
   const VecX simple = v.unaryExpr([](Expr e) { return simplify(e); });
   if (q.size() > 1 && dae::rows_per_line(q, simple) > 1) return simple;
@@ -100,14 +101,14 @@ VecX as_terms(const VecX& q, const VecX& v) {
 
 VecX gradient_terms(Expr e, const VecX& x) { return as_terms(x, column(gradient(e, entries(x)))); }
 
-/// The energy of positions and angles as books print it, (m₁ + m₂) l₁² θ₁′²/2 + …,
-/// where that is clearly shorter.
+/// The energy of positions and angles as textbooks print it, (m₁ + m₂) l₁² θ₁′²/2 + …, where that is at least
+/// 10 % shorter.
 Expr collected(Expr energy) {
   const Expr simple = as_terms(energy);
   return 10 * display_width(to_text(simple)) < 9 * display_width(to_text(energy)) ? simple : energy;
 }
 
-/// Tells the parts of a derivation in order; every part is a method.
+/// Composes the lines of a derivation in order; one method per part.
 class Derivation {
  public:
   explicit Derivation(const dae::ModelPtr& model)
@@ -134,7 +135,7 @@ class Derivation {
  private:
   void tell(Detail least, const std::string& line) { lines.push_back(told_from(least, line)); }
 
-  /// name(q) = value, by vectors where they have names, else one line per coordinate.
+  /// name(q) = value, with the names of vectors where they exist, else one line per coordinate.
   template <class Name>
   void tell_column(Detail least, Name name, const VecX& q, const VecX& value) {
     const Index size = dae::rows_per_line(q, value);
@@ -225,14 +226,14 @@ class Derivation {
         as_terms(mech_.q, mech_.Q));
   }
 
-  /// "q ∈ ℝ⁶" where q is a column of that name, else "q = (x, θ)".
+  /// "q ∈ ℝ⁶" if q is a column named "q", else "q = (x, θ)".
   std::string coordinates() const {
     const std::string name = vector_to_text(mech_.q);
     return name == "q" ? formula("q ∈ ℝ", superscript(static_cast<long>(mech_.q.size())))
                        : formula("q = ", ref(mech_.q));
   }
 
-  /// "" for all of q, else "(x)".
+  /// "" if q is the column of all coordinates, else "(x)".
   std::string coordinate(const VecX& q) const {
     return q.size() == mech_.q.size() ? std::string() : text("(", ref(q), ")");
   }
@@ -283,7 +284,7 @@ class Derivation {
   Expr T_, V_, L_;
 };
 
-/// The model that lagrange() returned, among this one and those it was made from; null if there is none.
+/// The model returned by lagrange() among this model and its ancestors; null if there is none.
 dae::ModelPtr lagrangian_root(dae::ModelPtr m) {
   while (m->parent) m = m->parent;
   return m->mechanics && m->form.empty() ? m : nullptr;

@@ -77,7 +77,7 @@ void check_constraints(const Lagrangian& s) {
   }
 }
 
-/// The rows of ∂C/∂q of these constraints.
+/// The rows of ∂C/∂q that belong to the given constraints.
 std::vector<Entry> rows_of(const std::vector<Entry>& dCdq, const std::vector<int>& constraints) {
   std::vector<Entry> part;
   for (const Entry& e : dCdq)
@@ -86,7 +86,8 @@ std::vector<Entry> rows_of(const std::vector<Entry>& dCdq, const std::vector<int
   return part;
 }
 
-/// W must be regular on ker ∂C/∂q: exactly then [W Cqᵀ; Cq 0] is regular (the m rows of Cq are independent).
+/// W must be regular on ker ∂C/∂q, which is equivalent to [W Cqᵀ; Cq 0] being regular if the m rows of
+/// Cq are independent.
 void check_mass(const Lagrangian& s, const std::vector<Entry>& M, const std::vector<Entry>& dCdq, int m) {
   const auto n = static_cast<int>(s.q.size());
   std::vector<Entry> list = M;
@@ -121,7 +122,7 @@ VecX multipliers(const Lagrangian& s) {
   return column(newly_declared(symbol_vector(Kind::variable, s.multipliers, m)));
 }
 
-/// Where constraints follow from others, z is not unique: those of least norm.
+/// Redundant constraints make z non-unique; adds the equations that select the z of least norm.
 void add_conditions_on_multipliers(const Lagrangian& s, const dae::Mechanics& mech,
                                    const Redundancy& redundant, std::vector<dae::Block>& blocks,
                                    dae::ModelOptions& options) {

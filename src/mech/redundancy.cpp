@@ -33,7 +33,7 @@ class Dependence {
     return dae::generic_rank(part, count, columns_).rank < count;
   }
 
-  /// Without those that the dependence of the last one on the others does not need.
+  /// Removes rows on which the dependence of the last row does not rely.
   std::vector<int> least(std::vector<int> rows) const {
     for (std::size_t k = rows.size() - 1; k-- > 0;) {
       std::vector<int> fewer = rows;
@@ -43,7 +43,8 @@ class Dependence {
     return rows;
   }
 
-  /// λ with λᵀ ∂C/∂q = 0 of dependent rows, 1 at the last; nothing where it contains coordinates.
+  /// The vector λ with λᵀ ∂C/∂q = 0 for dependent rows, scaled to 1 at the last row; nothing if
+  /// λ contains coordinates.
   std::optional<VecX> combination(const std::vector<int>& rows) const {
     std::vector<Expr> factors{Expr(1)};
     if (rows.size() > 1) {
@@ -64,8 +65,9 @@ class Dependence {
   }
 
  private:
-  /// Is λ, 1 at the last of these rows, the same at two positions? Symbols of λ may be long where it is not:
-  /// 10 distances of 5 points in space. Yes where numbers say nothing.
+  /// Does λ, scaled to 1 at the last of these rows, have the same value at two random positions? Tested with
+  /// numbers because a λ that depends on the position may be a very long expression: 10 distances of 5 points
+  /// in space. True also if the numbers are not finite.
   bool may_be_constant(const std::vector<int>& rows) const {
     constexpr double equal = 1e-6;
     std::vector<Expr> slopes;
@@ -113,7 +115,7 @@ std::string names_of(const std::vector<int>& rows) {
   return names;
 }
 
-/// Notes that C_k is the combination of others that λ says, λ_k = 1.
+/// Records that C_k is a combination of other constraints with the factors λ, λ_k = 1.
 void note_combination(int k, const VecX& lambda, Redundancy& found) {
   std::vector<int> others;
   std::vector<Expr> factors;
@@ -129,9 +131,9 @@ void note_combination(int k, const VecX& lambda, Redundancy& found) {
   found.proofs.push_back(name_of(k) + " = " + dae::combination_text(factors, names));
 }
 
-/// What the gradients say wherever the coordinates are.
+/// Redundancy of the gradients at generic coordinates.
 struct Generic {
-  std::vector<int> independent, deferred;  ///< deferred: dependent with factors that contain coordinates
+  std::vector<int> independent, deferred;  ///< deferred: dependent rows whose factors contain coordinates
 };
 
 Generic generic_redundancy(const VecX& C, const Dependence& dependence, Redundancy& found) {
@@ -169,7 +171,7 @@ std::vector<Expr> pick(const VecX& v, const std::vector<int>& numbers) {
   return out;
 }
 
-/// Constraints that share coordinates, directly or through others.
+/// Constraints that share coordinates, directly or through other constraints.
 struct Group {
   std::vector<int> constraints, coordinates;
 };
@@ -198,7 +200,8 @@ std::vector<Group> coupled(const std::vector<int>& rows, const std::vector<Entry
   return groups;
 }
 
-/// Takes up to `count` constraints out of the group that are combinations of its others, the last ones first.
+/// Removes up to `count` constraints from the group that are combinations of the remaining ones, beginning
+/// with the last.
 void take_combinations(const VecX& C, Group& group, int count, Redundancy& found) {
   for (std::size_t at = group.constraints.size(); at-- > 0 && count > 0;) {
     std::vector<int> others = group.constraints;
@@ -223,7 +226,7 @@ dae::ConstraintPositions positions(const VecX& C, const VecX& q, const Group& gr
   return {part, pick(q, group.coordinates), values};
 }
 
-/// What the gradients say where the constraints of a group hold.
+/// Determines the redundancy of a group at positions that satisfy its constraints.
 void redundancy_of(const VecX& C, const VecX& q, Group group, const std::vector<int>& deferred,
                    Redundancy& found) {
   using Verdict = dae::ConstraintRank::Verdict;

@@ -29,7 +29,7 @@ struct Frame {
   double y(double value) const { return 4 * (top + rows) - 1 - at(1, value) * (4 * rows - 1); }
 
  private:
-  /// Values far outside the limits are drawn as if they were a thousand million frames away.
+  /// Clamped to 1e9 frame sizes, so that values far outside the limits have finite dots.
   double at(size_t axis, double value) const {
     return std::clamp(fraction(figure.axes[axis], range[axis], value), -1e9, 1e9);
   }
@@ -43,8 +43,8 @@ void make_equal(Frame& f) {
   f.rows = std::clamp(static_cast<int>(std::ceil((per_unit * f.range[1].span() + 1) / 4)), 3, f.rows);
 }
 
-/// Is the dot set where a value has this share of its range? Ordered dither (Bayer, 1973): the share is the
-/// density of dots.
+/// Whether to set the dot where a value has this share of its range. Ordered dither (Bayer, 1973): the share
+/// is the density of dots.
 bool dithered(int x, int y, double share) {
   static constexpr int order[4][4] = {{0, 8, 2, 10}, {12, 4, 14, 6}, {3, 11, 1, 9}, {15, 7, 13, 5}};
   return share * 16 > order[y & 3][x & 3] + 0.5;
@@ -77,7 +77,7 @@ void draw_line(Canvas& canvas, const Frame& f, const Series& s, Look& l) {
     const double x = f.x(s.x[i]), y = f.y(s.y[i]);
     const bool joined = i > 0 && drawable(f.figure, s, i - 1) && !s.starts_at(i);
     const bool last = i + 1 == s.x.size() || !drawable(f.figure, s, i + 1) || s.starts_at(i + 1);
-    if (!joined && last) {  // between two gaps: still a dot
+    if (!joined && last) {  // an isolated point between two gaps is drawn as a dot
       l.pen.travelled = 0;
       canvas.line(x, y, x, y, l.pen, clip);
     }
@@ -121,14 +121,15 @@ void draw_frame(Canvas& canvas, const Frame& f) {
   canvas.glyph(right, bottom, "┘", faint);
 }
 
-/// Column where the number of tick k begins: centred under its mark, but on the sheet.
+/// Column where the number of tick k begins: centred under its tick mark, shifted where needed to stay
+/// on the sheet.
 int label_column(const Frame& f, const Ticks& t, size_t k, int columns) {
   const int width = width_of(t.text[k]);
   const int mark = static_cast<int>(std::lround(f.x(t.at[k]))) / 2;
   return std::clamp(mark - width / 2, 0, std::max(0, columns - width));
 }
 
-/// As many ticks as can be told apart: neighbouring numbers keep two columns between them.
+/// As many ticks as fit with two columns between neighbouring numbers.
 Ticks fitting_ticks(const Frame& f, int columns) {
   Ticks t;
   for (int count = std::max(1, f.columns / 8); count >= 1; --count) {
@@ -177,7 +178,7 @@ void write_centred(Canvas& canvas, const Frame& f, int row, const std::string& w
   canvas.write(column, row, shortened(what, room));
 }
 
-/// Both edges of an area: a terminal has no half tones.
+/// Draws both edges of an area; a terminal has no half tones to fill it with.
 void draw_edges(Canvas& canvas, const Frame& f, const Series& s, Look& l) {
   Series edge = s;
   draw_line(canvas, f, edge, l);

@@ -1,5 +1,5 @@
-// 3-D figures in a terminal: a box with numbered edges, surfaces as nets one can see through, and curves that
-// are dotted where a surface hides them.
+// 3-D figures in a terminal: a box with numbered edges, surfaces as transparent nets, and curves that are
+// dotted where a surface hides them.
 #include <algorithm>
 #include <cmath>
 
@@ -16,7 +16,7 @@ struct Spot {
   double x, y;  ///< dots
 };
 
-/// Where the picture lies on the sheet: dots per unit of the view, and the dot of the box's centre.
+/// Position of the picture on the sheet: dots per unit of the view, and the dot at the centre of the box.
 struct Stage {
   const Figure& figure;
   const View view;
@@ -26,8 +26,7 @@ struct Stage {
   Spot spot(const Seen& s) const { return {centre_x + scale * s.right, centre_y - scale * s.up}; }
 };
 
-/// Writes a text next to a spot: to its left, to its right
-/// (side -1, +1) or centred (0), unless something is there.
+/// Writes a text left (side -1) or right (+1) of a spot or centred on it (0), unless these cells are in use.
 void write_beside(Canvas& canvas, Spot at, int side, int rows_below, const std::string& what) {
   const int width = width_of(what), column = static_cast<int>(std::lround(at.x)) / 2;
   const int row = static_cast<int>(std::lround(at.y)) / 4 + rows_below;
@@ -46,7 +45,7 @@ void draw_axis(Canvas& canvas, const Stage& stage, int axis) {
   };
   const Spot low = end(-1), high = end(1);
   const double length = std::hypot(high.x - low.x, high.y - low.y);
-  if (length < 8) return;  // seen end-on
+  if (length < 8) return;  // the axis points at the viewer
   const bool vertical = axis == 2;
   const double per_tick = vertical ? 12 : std::abs(high.x - low.x) < length / 2 ? 10 : 18;
   const Ticks t = ticks(stage.figure.axes[a], stage.view.range(axis),
@@ -69,8 +68,8 @@ void draw_axis(Canvas& canvas, const Stage& stage, int axis) {
   if (!vertical) write_beside(canvas, {middle.x + 4 * side, middle.y}, side, 2, label);
 }
 
-/// A segment in view coordinates, in pieces of at most four
-/// dots: each is drawn with the pen for seen or hidden.
+/// Draws a segment given in view coordinates in pieces of at most four dots, each with the pen for seen or
+/// for hidden pieces.
 void draw_segment(Canvas& canvas, const Stage& stage, const DepthMap& depth, const Seen& a, const Seen& b,
                   Pen& seen, Pen& hidden) {
   const double length = stage.scale * std::hypot(b.right - a.right, b.up - a.up);
@@ -85,7 +84,8 @@ void draw_segment(Canvas& canvas, const Stage& stage, const DepthMap& depth, con
   }
 }
 
-/// The nine edges of the box that do not meet at its nearest corner: solid where numbers stand, else dotted.
+/// The nine edges of the box that do not meet at its nearest corner: solid if the edge has
+/// numbers, else dotted.
 void draw_box(Canvas& canvas, const Stage& stage, const DepthMap& depth) {
   const auto near = stage.view.near_end();
   for (size_t along = 0; along < 3; ++along) {
@@ -106,7 +106,7 @@ void draw_box(Canvas& canvas, const Stage& stage, const DepthMap& depth) {
   }
 }
 
-/// Every n-th grid line, so that neighbouring lines keep about seven dots between them.
+/// The n for which every n-th grid line leaves about seven dots between neighbouring lines.
 Index line_stride(Index lines, double dots) {
   return std::max<Index>(1,
                          static_cast<Index>(std::ceil(static_cast<double>(lines) * 7 / std::max(dots, 1.0))));
@@ -167,7 +167,7 @@ std::string draw_solid(const Figure& figure, const Terminal& terminal) {
   const Legend legend(figure, terminal, columns - 1);
   const int header = (figure.title.empty() ? 0 : 1) + legend.rows();
   const int footer = static_cast<int>(note_lines(figure, columns).size());
-  constexpr int above = 1, below = 3, beside = 11;  // cells around the box, for numbers and labels
+  constexpr int above = 1, below = 3, beside = 11;  // cells around the box for numbers and labels
 
   const Extent box = stage.view.extent();
   const int most = std::clamp(terminal.rows - header - footer - 2, 10, std::max(12, columns * 2 / 5));

@@ -16,7 +16,8 @@ std::string braille(std::uint8_t dots) {  // U+2800 + dots in UTF-8
   return {'\xE2', static_cast<char>(0xA0 | dots >> 6), static_cast<char>(0x80 | (dots & 0x3F))};
 }
 
-/// Colours that stay apart for colour-blind eyes (Okabe & Ito 2008), as near as the terminal has them.
+/// Colours that colour-blind readers can distinguish (Okabe & Ito 2008), approximated by those
+/// of the terminal.
 std::string escape(int colour, Palette palette) {
   static const int ansi256[] = {33, 208, 35, 170, 220, 75, 160}, ansi8[] = {34, 31, 32, 35, 33, 36, 37};
   if (colour == ink) return "\x1b[0m";
@@ -81,9 +82,9 @@ bool Canvas::is_free(int column, int row, int width) const {
 
 void Canvas::line(double x0, double y0, double x1, double y1, Pen& pen, const Clip& clip) {
   if (!cut(x0, y0, x1, y1, clip)) return;
-  // One dot per step of the longer side. Endpoints are rounded first: the line
-  // through two dots is the same whichever way it is drawn, and the next
-  // segment begins on the dot where this one ended, which is not counted twice.
+  // One dot per step of the longer side. The end points are rounded first: the line through two dots does
+  // not depend on its direction, and the next segment begins on the dot where this one ended, which is
+  // not counted twice.
   const long ax = std::lround(x0), ay = std::lround(y0), bx = std::lround(x1), by = std::lround(y1);
   const long steps = std::max(std::labs(bx - ax), std::labs(by - ay));
   for (long k = 0; k <= steps; ++k) {
@@ -127,7 +128,7 @@ std::string Canvas::line_text(int row, Palette palette) const {
 
 std::string Canvas::str(Palette palette) const {
   std::string out;
-  int pending = 0;  // empty rows that matter only if something follows
+  int pending = 0;  // empty rows, written only if another row follows
   for (int row = 0; row < rows_; ++row) {
     const std::string line = line_text(row, palette);
     ++pending;

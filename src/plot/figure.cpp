@@ -84,7 +84,7 @@ void check_axes(const Figure& f) {
           text("size = {", f.size[0], ", ", f.size[1], "}: width and height must lie between 100 and 10000"));
 }
 
-/// Why points of series k cannot be drawn, as notes. Returns the number that can.
+/// Counts the points of series k that can be drawn and adds a note with the reasons for the others.
 Index count_gaps(Figure& f, size_t k) {
   const Series& s = f.series[k];
   Index infinite = 0, negative[2] = {0, 0}, good = 0;
@@ -171,7 +171,7 @@ std::optional<Range> extent(const Figure& f, int axis, bool limited) {
       if (std::isfinite(m.data()[i])) take(m.data()[i]);
   }
   if (!(r.low <= r.high)) return std::nullopt;
-  for (const Rule& rule : f.rules)  // a bound is worth seeing, unless it would hide the data
+  for (const Rule& rule : f.rules)  // include a bound in the range, unless it would compress the data
     if (rule.axis == axis && (!f.axes[axis].log || rule.at > 0) && near(rule.at, r)) take(rule.at);
   return r;
 }
@@ -183,7 +183,7 @@ bool is_tight(const Figure& f, int axis) {
          });
 }
 
-/// The place of a name in a list of allowed ones.
+/// Index of a name in a list of allowed names.
 size_t position_of(const std::string& name, const std::vector<std::string>& names, const char* what,
                    const char* list) {
   const auto it = std::find(names.begin(), names.end(), name);
@@ -193,7 +193,7 @@ size_t position_of(const std::string& name, const std::vector<std::string>& name
   return static_cast<size_t>(it - names.begin());
 }
 
-/// A range that has room to draw in: `margin` of its span at each end; a constant c gets c ± 5 % (0: ± 1).
+/// The range enlarged by `margin` of its span at each end; a constant c gets c ± 5 % (0: ± 1).
 Range widened(Range r, bool log, double margin) {
   if (log) {
     const double decades = std::log10(r.high) - std::log10(r.low);
@@ -211,7 +211,7 @@ Range widened(Range r, bool log, double margin) {
   return {r.low - pad, r.high + pad};
 }
 
-/// The limits that were asked for, or what the data need.
+/// The limits given by the user, or the range of the data.
 Range range_of_data(const Figure& f, int axis) {
   if (f.axes[axis].limits) return *f.axes[axis].limits;
   auto r = extent(f, axis, true);
@@ -283,14 +283,16 @@ Figure checked(Figure f) {
   for (size_t k = 0; k < f.surfaces.size(); ++k) check_surface(f.surfaces[k], k);
   if (!f.surfaces.empty() && !f.three_d) throw Error("surfaces belong to 3-D figures; use plot3");
   check_something_to_draw(f);
-  for (int a = 0; a < dimensions(f); ++a) visible(f, a);  // throws now rather than when the figure is drawn
+  // report bad limits here rather than when the figure is drawn
+  for (int a = 0; a < dimensions(f); ++a) visible(f, a);
   return f;
 }
 
 Range visible(const Figure& f, int axis) {
   Range own = range_of_data(f, axis);
   if (!f.equal || f.three_d || f.axes[axis].limits) return own;
-  constexpr double narrowest = 0.3;  // of the other side: a vertical line with equal axes has a frame, too
+  // of the other side; a vertical line with equal axes needs a frame of some width
+  constexpr double narrowest = 0.3;
   const double missing = narrowest * range_of_data(f, 1 - axis).span() - own.span();
   if (missing > 0) own = {own.low - missing / 2, own.high + missing / 2};
   return own;

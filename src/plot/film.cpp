@@ -41,7 +41,7 @@ void play(const std::vector<Figure>& figures, double pause, std::string (*spelle
   long rows = 0;
   for (const Figure& figure : figures) {
     const std::string picture = spelled(draw(figure, terminal));
-    if (rows > 0) std::printf("\033[%ldA", rows);  // back to the first row of the figure before
+    if (rows > 0) std::printf("\033[%ldA", rows);  // back to the first row of the previous figure
     std::fwrite(picture.data(), 1, picture.size(), stdout);
     std::fflush(stdout);
     rows = std::count(picture.begin(), picture.end(), '\n');

@@ -1,4 +1,4 @@
-// 2-D figures as gnuplot scripts, and the saving of both kinds.
+// 2-D figures as gnuplot scripts, and the saving of 2-D and 3-D figures.
 #include "plot/gnuplot.hpp"
 
 #include <algorithm>
@@ -17,7 +17,8 @@ using Eigen::Index;
 
 const char* const gnuplot_axes[] = {"x", "y"};
 
-/// How many numbers the x axis has room for: a number takes some 55 pixels, what stands beside the frame 140.
+/// Maximum number of tick labels on the x axis: some 55 pixels per number; margins left and right of the
+/// frame take 140.
 int room_for_numbers(const Figure& f) {
   const double width = (f.size[0] > 0 ? f.size[0] : 800) - 140,
                height = (f.size[1] > 0 ? f.size[1] : 500) - 110;
@@ -26,7 +27,7 @@ int room_for_numbers(const Figure& f) {
   return std::clamp(static_cast<int>(frame / 55), 3, 9);
 }
 
-/// The same of an upright axis: a number takes a line of 40 pixels, what stands above and below the frame 80.
+/// Maximum number of tick labels on a y axis: 40 pixels per line; margins above and below the frame take 80.
 int room_for_lines(const Figure& f) {
   const int height = f.size[1] > 0 ? f.size[1] : 500;
   return std::clamp((height - 80) / 40, 3, 7);
@@ -52,8 +53,8 @@ std::string axis_lines(const Figure& f, int a) {
   return out;
 }
 
-/// Where the legend never hides data: above the frame while
-/// it fits there, then to the right, long labels below.
+/// Places the legend where it does not hide data: above the frame if it fits there, else to the right, and
+/// below the frame if labels are long.
 std::string key_lines(const Figure& f) {
   const std::string common = " Left reverse noenhanced samplen 2.5 spacing 1.15 textcolor rgb '#333333'\n";
   switch (legend_place(f)) {
@@ -76,7 +77,7 @@ std::string key_lines(const Figure& f) {
       break;
   }
   if (f.title.empty()) return "set rmargin 3\nset key above right horizontal" + common;
-  // Between the title and the frame; gnuplot's own place would be above the title.
+  // between the title and the frame; gnuplot's default position is above the title
   return "set rmargin 3\nset tmargin 4.8\nset key at graph 1, graph 1.02 right bottom horizontal" + common;
 }
 
@@ -93,12 +94,12 @@ std::string mark_of(const Series& s, size_t k) {
   return text(" pointtype ", named[static_cast<int>(s.mark)], " pointsize 1.1 linewidth 1.8");
 }
 
-/// Few dots can be seen, many do not cover each other.
+/// A diameter large enough for few dots to be visible and small enough for many not to overlap.
 std::string dot_size(const Series& s) {
   return rounded(std::clamp(4 / std::sqrt(static_cast<double>(s.x.size()) + 1), 0.15, 0.4), 2);
 }
 
-/// "with …" for one series; colour and dashes tell series apart.
+/// The "with …" part for one series, with its colour and dash pattern.
 std::string with_style(const Figure& f, size_t k, Style style) {
   const Series& s = f.series[k];
   const std::string colour = " linecolor rgb '" + colour_of(f, k) + "'";
@@ -127,10 +128,10 @@ std::string with_style(const Figure& f, size_t k, Style style) {
   return "";
 }
 
-/// The columns of the data block that a series is drawn from.
+/// The columns of the data block from which a series is drawn.
 std::string columns_of(const Series& s) {
   if (s.style == Style::cells && s.value.size())
-    // a little larger than their distance, so that no seams are seen
+    // cells overlap by 4 %, otherwise seams between them are visible
     return text(" using 1:2:(", shortest(0.52 * s.cell[0]), "):(", shortest(0.52 * s.cell[1]), "):3 ");
   if (s.style == Style::cells)
     return text(" using 1:2:(", shortest(s.cell[0] / 2), "):(", shortest(s.cell[1] / 2), ") ");
@@ -145,7 +146,7 @@ Block data_of(const Figure& f, const Series& s, const std::string& name) {
     else if (s.value.size() && std::isfinite(s.value[i]))
       block.row(s.x[i], s.y[i], s.value[i]);
     else if (s.value.size())
-      continue;  // a hole: the page shows
+      continue;  // not finite: the cell is left empty
     else if (s.style == Style::fill)
       block.row(s.x[i], s.lower.size() ? s.lower[i] : 0, s.y[i]);
     else
@@ -154,7 +155,7 @@ Block data_of(const Figure& f, const Series& s, const std::string& name) {
   return block;
 }
 
-/// The points that get marks, where these are not all of them.
+/// The points with marks, if only some of the points have one.
 Block marks_of(const Figure& f, const Series& s, const std::string& name) {
   Block block(name);
   for (Index i : s.marked)
@@ -186,7 +187,7 @@ std::string rule_lines(const Figure& f) {
   return out;
 }
 
-/// The second y axis.
+/// The settings of the second y axis.
 std::string right_axis_lines(const Figure& f) {
   if (!f.right) return "unset y2tics\nunset y2label\n";
   const Range r = *f.right->limits;
@@ -256,7 +257,8 @@ std::string flat_script(const Figure& f) {
   return out + plots + "\n";
 }
 
-/// Panels row by row; what one of them sets, the next one takes back.
+/// Panels row by row. gnuplot keeps settings from one panel to the next, therefore each panel
+/// first resets them.
 static std::string panels_script(const Figure& figure, const std::string& format) {
   const int count = static_cast<int>(figure.below.size()) + 1, columns = std::max(1, figure.columns);
   const int rows = (count + columns - 1) / columns;
@@ -285,7 +287,8 @@ static std::string panels_script(const Figure& figure, const std::string& format
   return out + "unset multiplot\n";
 }
 
-/// The colours of a light page become those of a dark one; curves keep theirs, but for black.
+/// Replaces the colours of a light page by those of a dark one; curves keep their colours except
+/// black and blue.
 static std::string darkened(std::string script) {
   static const std::pair<const char*, const char*> colours[] = {
       {"#FFFFFF", "#14171A"}, {"#333333", "#E6E6E6"}, {"#666666", "#A0A4A8"},
@@ -306,7 +309,7 @@ static std::string darkened(std::string script) {
   return out;
 }
 
-/// With equal axes and without a size: a sheet that fits the frame, and the legend beside it.
+/// For a figure with equal axes and no given size: a sheet that fits the frame with the legend to its right.
 static Figure fitted(Figure f) {
   if (!f.equal || f.three_d || f.size[0] || f.size[1]) return f;
   const double ratio = visible(f, 0).span() / visible(f, 1).span();

@@ -1,6 +1,6 @@
-// 3-D figures as gnuplot scripts. We project, hide and order ourselves (view.hpp), so that a file shows what
-// the terminal shows, and hand gnuplot plain lines and polygons: back walls with their grid, what lies behind
-// a surface, the surface as a translucent skin, its net, what lies before it.
+// 3-D figures as gnuplot scripts. Projection, hiding and drawing order are computed here (view.hpp), so that
+// a file shows what the terminal shows; gnuplot gets plain lines and polygons: back walls with their grid,
+// what is behind a surface, the surface as a translucent skin, its net, what is before it.
 #include "plot/script.hpp"
 
 #include <algorithm>
@@ -21,15 +21,15 @@ using Eigen::Index;
 /// The pieces of one picture, drawn in the order in which they are added.
 class Picture {
  public:
-  /// `style` is everything after the data block's name.
+  /// `style`: the text after the name of the data block.
   void add(const Block& block, const std::string& style) {
     if (block.empty()) return;
     data_ += block.str();
     plots_ += (plots_.empty() ? "plot " : ", \\\n     ") + block.name() + " using 1:2 " + style;
   }
   Block block() { return Block(text("$part", ++blocks_)); }
-  /// A text whose `anchor` ("left", "center", "right") is at
-  /// a place of the screen plane, turned by `angle` degrees.
+  /// A text with its `anchor` ("left", "center", "right") at a point of the screen plane, turned
+  /// by `angle` degrees.
   void label(double x, double y, const std::string& words, const std::string& anchor, double angle = 0) {
     labels_ += text("set label ", ++count_, " ", quoted(words), " at ", rounded(x, 8), ",", rounded(y, 8),
                     " ", anchor, angle == 0 ? "" : " rotate by " + rounded(angle, 5),
@@ -56,7 +56,7 @@ void segment(Block& block, const Seen& a, const Seen& b) {
 void add_box(Picture& picture, const View& view, const std::array<Ticks, 3>& numbers) {
   const auto near = view.near_end();
   Block walls = picture.block(), grid = picture.block(), edges = picture.block();
-  for (size_t wall = 0; wall < 3; ++wall) {  // the wall on which coordinate `wall` is at its far end
+  for (size_t wall = 0; wall < 3; ++wall) {  // index of the coordinate that is at its far end on this wall
     const size_t a = (wall + 1) % 3, b = (wall + 2) % 3;
     std::array<int, 3> at{};
     at[wall] = -near[wall];
@@ -90,8 +90,8 @@ void add_box(Picture& picture, const View& view, const std::array<Ticks, 3>& num
   picture.add(edges, line_style("#666666", 1));
 }
 
-/// Numbers and label of one axis, outside its edge. letters: their size in the picture beside that in one of
-/// 640 pixels, the height without size.
+/// Numbers and label of one axis, outside its edge. letters: size of the letters relative to those in a
+/// picture 640 pixels high, the default height.
 void add_axis(Picture& picture, const View& view, int axis, const std::string& name, const Ticks& t,
               double letters) {
   const auto a = static_cast<size_t>(axis);
@@ -101,7 +101,7 @@ void add_axis(Picture& picture, const View& view, int axis, const std::string& n
   edge[a] = 1;
   const Seen high = view.corner(edge);
   const double dx = high.right - low.right, dy = high.up - low.up, length = std::hypot(dx, dy);
-  if (length < 0.1) return;                    // seen end-on
+  if (length < 0.1) return;                    // the axis points at the viewer
   double nx = dy / length, ny = -dx / length;  // across the edge, away from the centre of the picture
   if (nx * (low.right + high.right) + ny * (low.up + high.up) < 0) {
     nx = -nx;
@@ -133,10 +133,10 @@ struct Quad {
   double near;
 };
 
-/// The net shows about twenty lines of a finer grid.
+/// Draws about twenty lines of a finer grid.
 Index net_stride(Index lines) { return std::max<Index>(1, (lines + 18) / 20); }
 
-/// A see-through grey skin: all facets from back to front, then the part of the net that nothing hides.
+/// A translucent grey skin: all facets from back to front, then the visible part of the net.
 void add_surfaces(Picture& picture, const Figure& f, const View& view, const DepthMap& depth) {
   std::vector<Quad> quads;
   Block net = picture.block(), hidden = picture.block(), skin = picture.block();
@@ -169,8 +169,8 @@ void add_surfaces(Picture& picture, const Figure& f, const View& view, const Dep
   picture.add(net, line_style("#A8A8A8", 0.6));
 }
 
-/// One curve in two blocks: what surfaces hide and what
-/// they do not. Pieces are short where a surface is near.
+/// Splits a curve into two blocks, hidden and not hidden by surfaces, in short pieces if the
+/// figure has surfaces.
 void split_curve(const Figure& f, const Series& s, const View& view, const DepthMap& depth, Block& seen,
                  Block& hidden) {
   Index before = -1;
@@ -199,7 +199,7 @@ void split_curve(const Figure& f, const Series& s, const View& view, const Depth
   }
 }
 
-/// A trace on a surface is black, as in textbooks; without surfaces the palette begins at its beginning.
+/// With surfaces, the first curve is black, as in textbooks, and the palette begins with the second one.
 std::string curve_colour(const Figure& f, size_t k) {
   if (f.surfaces.empty()) return series_colour(k);
   return k == 0 ? "#000000" : series_colour(k - 1);

@@ -1,4 +1,4 @@
-// Many figures as SVG texts with one start of gnuplot.
+// Many figures as SVG texts by a single gnuplot process.
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -13,7 +13,7 @@
 namespace pendula::plot {
 namespace {
 
-/// A file in the folder for temporary files, gone when the object is.
+/// A file in the folder for temporary files, deleted by the destructor.
 class TemporaryFile {
  public:
   TemporaryFile() : path_((std::filesystem::temp_directory_path() / "pendula-XXXXXX").string()) {

@@ -1,5 +1,5 @@
-// Runs gnuplot: script on its standard input, picture from its standard output into a file that appears
-// complete or not at all. No shell is involved.
+// Runs gnuplot without a shell: the script on its standard input, the picture from its standard output into a
+// file that appears complete or not at all.
 #include <cerrno>
 #include <csignal>
 #include <cstring>
@@ -40,7 +40,7 @@ class Descriptor {
 
 std::string reason() { return std::strerror(errno); }
 
-/// The script as a readable descriptor at its beginning, in memory.
+/// A descriptor of a file in memory with the script, positioned at its beginning.
 int script_descriptor(const std::string& script) {
   const int fd = memfd_create("pendula-script", MFD_CLOEXEC);
   if (fd < 0) throw Failure("no memory for the gnuplot script: " + reason());
@@ -58,7 +58,7 @@ int script_descriptor(const std::string& script) {
   return fd;
 }
 
-/// A child that does not outlive us: ended and collected when the scope is left early.
+/// A child process that the destructor kills and reaps if the scope is left early.
 class Child {
  public:
   Child(int in, int out, int err) {
@@ -67,8 +67,8 @@ class Child {
     posix_spawn_file_actions_adddup2(&actions, in, 0);
     posix_spawn_file_actions_adddup2(&actions, out, 1);
     posix_spawn_file_actions_adddup2(&actions, err, 2);
-    posix_spawnattr_t
-        attributes;  // the session blocks SIGINT outside its prompt; gnuplot starts with a clean slate
+    // gnuplot must not inherit the signal mask of the session, which blocks SIGINT outside its prompt
+    posix_spawnattr_t attributes;
     posix_spawnattr_init(&attributes);
     sigset_t none, all;
     sigemptyset(&none);
@@ -96,7 +96,7 @@ class Child {
     kill(pid_, SIGKILL);
     wait();
   }
-  /// Exit status as waitpid reports it.
+  /// The exit status in the encoding of waitpid.
   int wait() {
     int status = 0;
     while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) continue;
@@ -108,7 +108,7 @@ class Child {
   pid_t pid_ = -1;
 };
 
-/// Everything the child says until it closes the pipe; Ctrl-C is noticed within 20 ms.
+/// All output of the child until it closes the pipe; Ctrl-C is noticed within 20 ms.
 std::string listen(int fd) {
   std::string said;
   for (;;) {
@@ -123,7 +123,7 @@ std::string listen(int fd) {
   }
 }
 
-/// The line that explains: gnuplot marks the place with a caret and says why on the line after.
+/// The line with the reason: gnuplot marks the place with a caret and gives the reason on the next line.
 std::string last_line(std::string said) {
   while (!said.empty() && (said.back() == '\n' || said.back() == ' ')) said.pop_back();
   const size_t start = said.rfind('\n');
@@ -143,7 +143,7 @@ void run_gnuplot(const std::string& script, const std::string& path) {
   speak.close();
   const std::string said = listen(hear.get());
   const int status = gnuplot.wait();
-  poll_interrupt();  // Ctrl-C reaches gnuplot as well: its death is then no failure
+  poll_interrupt();  // Ctrl-C ends gnuplot as well, which is not a failure of gnuplot
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || draft.is_empty())
     throw Failure("gnuplot could not write '" + path +
                   "': " + (said.empty() ? "it ended without a message" : last_line(said)));

@@ -21,13 +21,14 @@ std::string series_colour(size_t k) {
 
 std::string colour_of(const Figure& figure, size_t k) {
   if (!figure.series[k].colour.empty()) return figure.series[k].colour;
-  size_t number = 0;  // series with colours of their own leave the palette to the others
+  size_t number = 0;  // series with colours of their own do not consume colours of the palette
   for (size_t i = 0; i < k; ++i) number += figure.series[i].colour.empty();
   return series_colour(number);
 }
 
-/// A string expression of gnuplot: in single quotes, where nothing is replaced, joined with runs of
-/// apostrophes in double quotes. ('' inside single quotes, as documented, fails where two meet: f''(x).)
+/// A string expression of gnuplot: parts in single quotes, where gnuplot replaces nothing, joined with
+/// runs of apostrophes in double quotes. (The documented '' inside single quotes fails for two
+/// adjacent apostrophes: f''(x).)
 std::string quoted(const std::string& utf8) {
   std::string out = "'";
   bool apostrophes = false;
@@ -63,7 +64,7 @@ void Block::gap() {
 LegendPlace legend_place(const Figure& figure) {
   if (!has_legend(figure)) return LegendPlace::none;
   if (figure.legend_at != LegendPlace::automatic) return figure.legend_at;
-  size_t length = 0, longest = 0;  // in characters; 80 of them are as wide as the frame
+  size_t length = 0, longest = 0;  // in characters; 80 characters are as wide as the frame
   for (const Series& s : figure.series) {
     const size_t own = characters(s.label).size();
     length += 6 + own;
@@ -80,7 +81,7 @@ std::string preamble(const Figure& figure, const std::string& format) {
   if (format == "svg")
     out += text("set terminal svg size ", width, ",", height,
                 " fixed rounded noenhanced font 'DejaVu Sans,Arial,sans-serif,14' background '#FFFFFF'\n");
-  else if (format == "png")  // twice the size, so that it stays sharp on dense screens and in print
+  else if (format == "png")  // double size, to be sharp on high-resolution screens and in print
     out += text("set terminal pngcairo size ", 2 * width, ",", 2 * height,
                 " rounded noenhanced font 'DejaVu Sans,11' fontscale 2 linewidth 2 "
                 "pointscale 2 background '#FFFFFF'\n");
@@ -88,7 +89,7 @@ std::string preamble(const Figure& figure, const std::string& format) {
     out += text("set terminal pdfcairo size ", width / 96.0, "in,", height / 96.0,
                 "in rounded noenhanced font 'DejaVu Sans,11' background '#FFFFFF'\n");
   if (!figure.title.empty()) {
-    // With a legend in between, the title stands clear of the frame.
+    // Moves the title up to leave room for a legend between title and frame.
     const bool legend = !figure.three_d && legend_place(figure) == LegendPlace::above;
     out += "set title " + quoted(figure.title) + (legend ? " offset 0,1.6" : "") +
            " font ',16' noenhanced textcolor rgb '#333333'\n";

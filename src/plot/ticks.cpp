@@ -84,7 +84,7 @@ Ticks ticks_of_step(Range range, int count, double step) {
   const double fitting = range.span() / std::max(1, count);
   double stride = 1;
   while (stride * step < 0.75 * fitting) stride *= 2;
-  if (stride * step > range.span()) return linear_ticks(range, count);  // one number alone gives no scale
+  if (stride * step > range.span()) return linear_ticks(range, count);  // a single number shows no scale
   return multiples(range, stride * step);
 }
 
@@ -93,7 +93,7 @@ Ticks linear_ticks(Range range, int count, double step_min) {
   const auto first = [&] { return std::ceil(range.low / step - 1e-9); };
   const auto last = [&] { return std::floor(range.high / step + 1e-9); };
   if (last() - first() < 1)
-    step = std::max(nice_step(0.4 * step), step_min);  // one number alone gives no scale
+    step = std::max(nice_step(0.4 * step), step_min);  // a single number shows no scale
   return multiples(range, step);
 }
 
@@ -124,7 +124,8 @@ Ticks log_ticks(Range range, int count) {
         t.text.push_back(mantissa_text(m, e, plain));
       }
   if (t.at.size() >= 2) return t;
-  return linear_ticks(range, count);  // less than a factor of two or so: the log axis is nearly a linear one
+  // the range covers less than a factor of two or so, where a log axis is nearly linear
+  return linear_ticks(range, count);
 }
 
 Ticks ticks(const Axis& axis, Range range, int count) {

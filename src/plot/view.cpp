@@ -110,8 +110,8 @@ bool DepthMap::hides(const Seen& p) const {
   const auto to_cell = [&](double v) { return std::lround((v / reach_ + 1) * 0.5 * cells - 0.5); };
   const long x = to_cell(p.right), y = to_cell(p.up);
   if (x < 0 || x >= cells || y < 0 || y >= cells) return false;
-  // The facets of the grid cut off up to 2 % of a sphere:
-  // a trace on the surface must not flicker behind them.
+  // The facets of the grid cut off up to 2 % of a sphere: the tolerance keeps a curve on the surface from
+  // being hidden by them in places.
   return nearest_[static_cast<size_t>(y) * cells + static_cast<size_t>(x)] > p.near + 0.04 * reach_;
 }
 

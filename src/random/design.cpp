@@ -88,7 +88,7 @@ double Design::unit(long run, int dimension) const {
       return sobol(number, dimension, r.scramble, r.seed);
     case Kind::halton:
       return halton(number, dimension, r.scramble, r.seed);
-    case Kind::grid: {  // the last dimension is the fastest
+    case Kind::grid: {  // the last dimension varies fastest
       long rest = run;
       for (int j = r.dimensions - 1; j > dimension; --j) rest /= r.levels;
       return middle(rest % r.levels, r.levels);
@@ -112,7 +112,8 @@ double Design::saltelli(long run, int dimension) const {
                request_.scramble, request_.seed);
 }
 
-/// Coordinate j begins in the lower or upper half of the levels and moves by half of them in step π(j).
+/// Coordinate j begins in the lower or upper half of the levels and changes by half of their number
+/// in step π(j).
 double Design::morris(long run, int dimension) const {
   const DesignRequest& r = request_;
   const auto trajectory = static_cast<std::uint64_t>(run / (r.dimensions + 1));
@@ -126,8 +127,8 @@ double Design::morris(long run, int dimension) const {
       static_cast<long>(permuted(series, static_cast<std::uint64_t>(r.dimensions),
                                  r.seed ^ bits_at({r.seed, Use::permutation, trajectory, 0}), 1));
   const bool moved = step > turn;
-  // From 0.5 % to 99.5 %: distributions need not have bounds, and the middles of cells
-  // would repeat what is periodic.
+  // From 0.5 % to 99.5 %: the distributions may be unbounded, and midpoints of the cells would alias
+  // with periodic functions.
   const auto level = static_cast<double>(low + (moved == rising ? half : 0));
   return 0.005 + 0.99 * level / static_cast<double>(r.levels - 1);
 }

@@ -139,7 +139,7 @@ class Exponential : public Distribution {
   double rate_;
 };
 
-/// Values in ascending order with the probability that none above them is taken.
+/// Values in ascending order, each with the cumulative probability up to it.
 class Discrete : public Distribution {
  public:
   Discrete(Kind kind, Numbers values, Numbers weights) : kind_(kind), values_(std::move(values)) {
@@ -267,8 +267,8 @@ JointNormal::JointNormal(Vec mean, Mat covariance)
         throw Error(text("the covariance is not symmetric: entry (", i + 1, ", ", j + 1, ") is ",
                          shortest(covariance_(i, j)), ", entry (", j + 1, ", ", i + 1, ") is ",
                          shortest(covariance_(j, i))));
-  // LDLᵀ without exchanges, in units of the standard deviations; what is singular to
-  // rounding gets a column 0.
+  // LDLᵀ without pivoting, in units of the standard deviations; a pivot that is zero up to rounding gives
+  // a column 0.
   Vec unit(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     if (covariance_(i, i) < 0)

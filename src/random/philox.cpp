@@ -31,7 +31,7 @@ double uniform_at(const Place& place) { return to_unit(bits_at(place)); }
 
 std::uint64_t permuted(std::uint64_t i, std::uint64_t n, std::uint64_t seed, std::uint32_t series) {
   if (n < 2) return 0;
-  int half = 1;  // bits of each side of the network
+  int half = 1;  // number of bits of each half in the Feistel network
   while ((1ULL << (2 * half)) < n) ++half;
   const std::uint64_t mask = (1ULL << half) - 1;
   constexpr int rounds =

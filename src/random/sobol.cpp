@@ -34,12 +34,12 @@ std::vector<Directions> make_directions() {
   return all;
 }
 
-/// Owen's permutation of every digit, decided by the digits before it.
+/// Owen's scrambling: the permutation of every digit depends on the digits before it.
 std::uint32_t nested(std::uint32_t x, int dimension, std::uint64_t seed) {
   std::uint32_t result = 0;
   for (int k = 0; k < digits; ++k) {
     const std::uint64_t before = k == 0 ? 0 : x >> (digits - k);
-    // The tree of prefixes: 2^k - 1 nodes lie above those of level k.
+    // Number of the node in the tree of prefixes: 2^k - 1 nodes are above level k.
     const std::uint64_t node = (1ULL << k) - 1 + before;
     const std::uint32_t flip =
         block_at({seed, Use::scrambling, node, static_cast<std::uint32_t>(dimension)})[0] & 1;

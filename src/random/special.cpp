@@ -18,8 +18,8 @@ double ratio(double r, const double (&n)[8], const double (&d)[7]) {
   return top / (bottom * r + 1);
 }
 
-/// log(Γ(a) Γ(b)/Γ(a + b)); where both arguments are large the terms cancel, and Stirling's series is used
-/// for the difference (A = lnΓ(z) - (z - ½) ln z + z - ½ ln 2π, Abramowitz & Stegun 6.1.41).
+/// log(Γ(a) Γ(b)/Γ(a + b)). For large arguments the terms cancel, therefore the difference is computed with
+/// Stirling's series (A = lnΓ(z) - (z - ½) ln z + z - ½ ln 2π, Abramowitz & Stegun 6.1.41).
 double log_beta(double a, double b) {
   const double large = 15;
   if (std::min(a, b) < large && std::max(a, b) < 1e3)
@@ -36,7 +36,7 @@ double log_beta(double a, double b) {
   return std::lgamma(p) + p - p * std::log(s) - (q - 0.5) * std::log1p(p / q) + rest(q) - rest(s);
 }
 
-/// The fraction for x < (a + 1)/(a + b + 2), where it converges fast.
+/// The continued fraction for x < (a + 1)/(a + b + 2), where it converges fast.
 double fraction(double a, double b, double x) {
   constexpr double tiny = 1e-300;
   const auto nonzero = [](double v) { return std::fabs(v) < tiny ? tiny : v; };
@@ -104,7 +104,8 @@ double beta_quantile(double a, double b, double p) {
   if (!(p >= 0 && p <= 1)) return std::numeric_limits<double>::quiet_NaN();
   if (p == 0 || p == 1) return p;
   double low = 0, high = 1, x = a / (a + b);
-  // Near 0 the function is x^a/(a B(a, b)); where that is small already it is a better first point.
+  // Near 0 the function is x^a/(a B(a, b)); if its solution is far below the mean, it is the
+  // better starting point.
   const double left = std::exp((std::log(p * a) + log_beta(a, b)) / a);
   if (left < x / 4) x = left;
   for (int k = 0; k < 200; ++k) {

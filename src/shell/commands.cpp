@@ -9,7 +9,7 @@
 namespace pendula::shell {
 namespace {
 
-/// A Lua string of the text, which may stand in quotes already.
+/// The text as a Lua string; it may already be in quotes.
 std::string quoted(std::string_view text) {
   const bool has_quotes = text.size() > 1 && (text[0] == '"' || text[0] == '\'') && text.back() == text[0];
   if (has_quotes) return std::string(text);
@@ -18,7 +18,7 @@ std::string quoted(std::string_view text) {
   return result + "\"";
 }
 
-/// May the text be the rest of a command, the name of a file? Not what makes the line Lua.
+/// May the text be the file name after a command? False for operators that make the line Lua.
 bool is_file_name(std::string_view text) {
   if (text.find('\n') != text.npos) return false;
   constexpr std::string_view operators = "=(,.:[{<>+*^%#&|";
@@ -30,7 +30,7 @@ bool is_session(std::string_view file) { return file.size() > 5 && file.substr(f
 
 std::string list_of(const std::string& folder) { return "print(ls(" + folder + "))"; }
 
-/// Shows how long the body takes; its values are the values of the entry.
+/// Lua code that prints the duration of the body and returns the values of the body.
 std::string timed(const std::string& body) {
   return "(function(seconds, ...) print(('%.3g s'):format(seconds)) return ... end)(timed(function() " +
          body + "\nend))";
@@ -74,7 +74,7 @@ Command command_of(lua_State* L, const std::string& entry) {
     const std::string call = "cd(" + quoted(rest) + ")";
     return {call, call};
   }
-  if (word == "edit") {  // a record runs the file
+  if (word == "edit") {  // the record contains a call that runs the file
     const std::string file = quoted(rest);
     return {"edit(" + file + ")", file.find(".lua") == file.npos ? "" : "dofile(" + file + ")"};
   }

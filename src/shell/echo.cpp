@@ -21,7 +21,7 @@ std::string type_of(lua_State* L, int index) {
   return name;
 }
 
-/// " ≈ 1.414213562" behind a number such as √2, else "".
+/// " ≈ 1.414213562" after a number such as √2, else "".
 std::string approximation(lua_State* L, int index) {
   if (luaL_getmetafield(L, index, "__approximation") == LUA_TNIL) return "";
   lua_pushvalue(L, index);
@@ -31,7 +31,7 @@ std::string approximation(lua_State* L, int index) {
   return text.empty() ? "" : " " + text;
 }
 
-/// The entries of a column whose text is the name of the variable that holds it: " = (q₁, q₂)", else "".
+/// " = (q₁, q₂)" for a column that is displayed by its name only, else "".
 std::string entries_of_column(lua_State* L, int index, const std::string& text) {
   if (type_of(L, index) != "matrix" || text.find_first_of("([ \n") != text.npos) return "";
   const lua_Integer n = luaL_len(L, index);
@@ -45,7 +45,7 @@ std::string entries_of_column(lua_State* L, int index, const std::string& text) 
   return " = (" + list + (n > most ? ", …)" : ")");
 }
 
-/// How a function of the library is called; else what shown_text says.
+/// The signature of a library function; else the result of shown_text.
 std::string text_of(lua_State* L, int index) {
   if (!lua_isfunction(L, index)) return lua::shown_text(L, index);
   lua::push_stdlib_environment(L);
@@ -59,7 +59,7 @@ std::string text_of(lua_State* L, int index) {
 
 bool is_figure(lua_State* L, int index) { return type_of(L, index) == "figure"; }
 
-/// Curves that are looked at: their figure is drawn under their text.
+/// Responses are displayed with their figure below the text.
 bool is_response(lua_State* L, int index) {
   const std::string type = type_of(L, index);
   return type == "response" || type == "frequency response";
@@ -89,14 +89,14 @@ int echo_values(lua_State* L) {
   if (!lua_isnil(L, 1)) remember(L, 1);
   if (count == 1 && is_figure(L, 1)) return show_figure(L, 1), 0;
   std::vector<std::string> texts;
-  bool fits = true, tall = false;  // one string is the user's own: it keeps its lines
+  bool fits = true, tall = false;  // a string of the user keeps its lines
   for (int i = 1; i <= count; ++i) {
     const std::string text = text_of(L, i);
     tall = tall || text.find('\n') != text.npos;
     if (lua_type(L, i) != LUA_TSTRING || text.find('\n') != text.npos) fits = false;
     texts.push_back(text + entries_of_column(L, i, text) + approximation(L, i));
   }
-  const std::string line = join(texts, tall ? "\n\n" : "  ");  // a matrix beside a matrix cannot be read
+  const std::string line = join(texts, tall ? "\n\n" : "  ");  // matrices side by side are hard to read
   const lua::ScreenSize screen = lua::screen_size();
   lua::show_text((fits ? line : lua::fitted(line, screen.columns)) + "\n");
   if (count == 1 && is_response(L, 1)) show_figure(L, 1);

@@ -23,7 +23,7 @@ bool loads(lua_State* L, const std::string& source) {
   return luaL_loadbufferx(L, source.data(), source.size(), prompt_chunk, "t") == LUA_OK;
 }
 
-/// Takes the message from the stack.
+/// Pops the message.
 std::string message(lua_State* L) {
   std::size_t length = 0;
   const char* text = lua_tolstring(L, -1, &length);
@@ -32,9 +32,9 @@ std::string message(lua_State* L) {
   return result;
 }
 
-/// Lua says "near <eof>" when the text ended too early. Three such errors more lines would not mend: "syntax
-/// error near <eof>", the last statement is an expression, a line that ends with ball:index, and a quoted
-/// string without its end, unless a backslash continues it.
+/// Lua reports "near <eof>" if the text ends too early. More lines do not repair three of these errors:
+/// "syntax error near <eof>", where the last statement is an expression; a single line that ends with
+/// ball:index; and an unfinished quoted string, unless it ends with a backslash.
 bool wants_more(std::string_view entry, std::string_view error) {
   if (!ends_with(error, "near <eof>") || ends_with(error, "syntax error near <eof>")) return false;
   if (lua::contains(error, "function arguments expected") && !lua::contains(entry, "\n")) return false;
@@ -49,18 +49,18 @@ bool begins_statement(std::string_view source) {
          begins_expression.end();
 }
 
-/// Of the two readings, the error of the one the user meant.
+/// The error message of the interpretation, expression or statement, that the user probably meant.
 std::string meant(std::string_view entry, const std::string& as_expression, const std::string& as_statement) {
   if (begins_statement(entry)) return as_statement;
   constexpr std::string_view leftover = "<eof> expected";
   const auto at = as_expression.find(leftover);
   if (at == std::string::npos) return as_expression;
   if (!lua::contains(as_statement, "syntax error near")) return as_statement;
-  std::string error = as_expression;  // "x y": a complete expression and then something else
+  std::string error = as_expression;  // "x y": text after a complete expression
   return error.replace(at, leftover.size(), "end of line expected");
 }
 
-/// Puts `return` behind the last semicolon that stands outside of blocks and brackets; "" if there is none.
+/// Puts `return` after the last semicolon outside of blocks and brackets; "" if there is none.
 std::string return_last(std::string_view entry) {
   int depth = 0;
   std::size_t split = 0;
@@ -72,9 +72,9 @@ std::string return_last(std::string_view entry) {
   return globalize(entry.substr(0, split)) + " return " + std::string(entry.substr(split));
 }
 
-/// The names of a `local` statement: the text that has to go, and whether `= nil` must be added.
+/// The names of a `local` statement.
 struct LocalNames {
-  std::size_t end = 0;               ///< index of the first token behind the names
+  std::size_t end = 0;               ///< index of the first token after the names
   std::vector<std::size_t> attribs;  ///< indices of the tokens '<' name '>'
   bool closes = false;
 };
@@ -144,7 +144,7 @@ std::string_view trimmed(std::string_view text) {
 std::string globalize(std::string_view source) {
   const auto tokens = tokenize(source);
   std::string result(source);
-  std::vector<std::size_t> undefined;  // offsets behind the names of `local x`, ascending
+  std::vector<std::size_t> undefined;  // offsets after the names of `local x`, ascending
   int depth = 0;
   for (std::size_t i = 0; i < tokens.size(); ++i) {
     depth = std::max(0, depth + block_step(tokens[i]));
@@ -161,14 +161,15 @@ std::string globalize(std::string_view source) {
     const Token& last = tokens[names.end - 1];
     if (!assigned) undefined.push_back(last.begin + last.text.size());
   }
-  // The semicolon keeps a following "(f or g)()" from calling nil.
+  // The semicolon ends the assignment explicitly before a following "(f or g)()".
   for (auto at = undefined.rbegin(); at != undefined.rend(); ++at) result.insert(*at, " = nil;");
   return result;
 }
 
 Reading compile(lua_State* L, const std::string& entry) {
   const auto text = trimmed(entry);
-  const bool echo_only = !text.empty() && text[0] == '=';  // "= x" is how Lua 5.1 to 5.2 echoed
+  // "= x" is the syntax for printing in Lua 5.1 and 5.2
+  const bool echo_only = !text.empty() && text[0] == '=';
   const std::string body(echo_only ? text.substr(1) : std::string_view(entry));
   if (loads(L, "return " + body)) return Reading::complete;
   const std::string as_expression = message(L);
@@ -200,7 +201,8 @@ std::vector<std::string> pieces(lua_State* L, const std::string& entry) {
     if (goes_on) {
       result.back() += "\n" + line;
     } else {
-      result.push_back(std::string(number - 1, '\n') + line);  // Lua then counts the lines of the whole entry
+      // blank lines, so that Lua counts the lines of the whole entry
+      result.push_back(std::string(number - 1, '\n') + line);
     }
     last = compile(L, result.back());
     if (last != Reading::incomplete) lua_pop(L, 1);

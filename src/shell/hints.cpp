@@ -20,7 +20,7 @@ struct Foreign {
   std::string_view remedy;
 };
 
-// Longest first where one begins like another.
+// The longer of two entries with a common beginning comes first.
 constexpr std::array<Foreign, 31> foreign = {{
     {"!=", "not equal is written ~="},
     {"!", "logical not is written not"},
@@ -74,7 +74,7 @@ std::string_view foreign_at(std::string_view rest) {
 /// The tokens of one line of the source.
 std::vector<Token> tokens_on(std::string_view source, long line) {
   std::vector<Token> found;
-  std::size_t counted = 0;  // up to where lines are counted
+  std::size_t counted = 0;  // line breaks before this offset are counted
   long at = 1;
   for (const Token& token : tokenize(source)) {
     at += std::count(source.begin() + static_cast<std::ptrdiff_t>(counted),
@@ -94,7 +94,7 @@ std::string_view foreign_on(std::string_view source, const std::vector<Token>& t
   return {};
 }
 
-// ── words and turns of other languages ──
+// ── syntax of other languages ──
 
 bool is(const std::vector<Token>& tokens, std::size_t i, std::string_view text) {
   return i < tokens.size() && tokens[i].text == text;
@@ -179,7 +179,8 @@ bool has_else_if(std::string_view source) {
   return false;
 }
 
-/// Whether the token of Lua's "… near 'v'" begins a value: one without a comma or an operator before it.
+/// Whether the token in Lua's "… near 'v'" begins a value, which hints at a missing comma or
+/// operator before it.
 bool value_follows(std::string_view error) {
   const auto at = error.rfind("near '");
   if (at == std::string_view::npos) return false;

@@ -42,7 +42,7 @@ int run_tool(const Options& options) {
   }
 }
 
-/// -e, then the script; the first error ends it.
+/// Runs the code of -e, then the script; the first error ends the run.
 Status run_scripts(lua_State* L, const Options& options, bool script_from_stdin) {
   for (const auto& code : options.code)
     if (const Status status = run_source(L, code, "=-e"); status != ok) return status;
@@ -59,7 +59,7 @@ int run(const Options& options) {
   set_arguments(state.get(), options.before, options.script, options.arguments);
   const Status status =
       run_scripts(state.get(), options, options.script == "-" || (nothing_given && !person));
-  // With -i, a script that failed can be looked at; the exit status still tells of it.
+  // With -i, the state left by a failed script can be inspected; the exit status still reports the failure.
   if (session && status != interrupted) run_session(state.get());
   return status;
 }
@@ -111,11 +111,12 @@ int dispatch(const Options& options) {
   return failed;
 }
 
-/// A full disk must not look like success.
+/// Makes the program fail if its output could not be written, for example on a full disk.
 int check_output(int status) {
   const bool flushed = std::fflush(stdout) == 0;
   if (flushed && !std::ferror(stdout)) return status;
-  const char* why = flushed ? "a write failed" : std::strerror(errno);  // of earlier ones errno says nothing
+  // errno no longer has the reason of an earlier failure
+  const char* why = flushed ? "a write failed" : std::strerror(errno);
   complain(std::string("pendula: cannot write standard output: ") + why + ".");
   return status == ok ? static_cast<int>(failed) : status;
 }
@@ -133,7 +134,7 @@ int main(int argc, char** argv) {
     complain(std::string("pendula: ") + e.what() + "\n'pendula --help' shows the options.");
     return usage;
   } catch (const std::bad_alloc&) {
-    std::fputs("pendula: not enough memory\n", stderr);  // nothing that allocates
+    std::fputs("pendula: not enough memory\n", stderr);  // fputs does not allocate
     return failed;
   } catch (const std::exception& e) {
     complain(std::string("pendula: ") + e.what());

@@ -8,7 +8,7 @@ namespace {
 const std::vector<std::string> long_options = {"--help", "--version", "--licences", "--no-color", "--safe",
                                                "--time", "--memory",  "--folder",   "--json"};
 
-/// --time, --memory, --folder with their values, --safe, --json; false: it is none of them.
+/// Reads --time, --memory, --folder with their values, --safe or --json; false if the word is none of them.
 bool read_limit(const std::vector<std::string>& words, std::size_t& i, Options& options) {
   const std::string& word = words[i];
   if (word == "--safe") return options.safe = true;
@@ -31,7 +31,7 @@ bool read_limit(const std::vector<std::string>& words, std::size_t& i, Options& 
   return true;
 }
 
-/// Reads one option at words[i]; moves i over its value.
+/// Reads one option at words[i] and advances i to the last word read.
 void read_option(const std::vector<std::string>& words, std::size_t& i, Options& options) {
   const std::string& word = words[i];
   if (word == "-e") {
@@ -55,7 +55,7 @@ void read_option(const std::vector<std::string>& words, std::size_t& i, Options&
   }
 }
 
-/// Words that stand where a script would, and the file of stdlib behind them.
+/// Words that are accepted in place of a script, and the file of stdlib that implements each.
 struct Tool {
   const char *word, *file;
 };
@@ -124,8 +124,8 @@ Options parse_options(const std::vector<std::string>& words) {
   }
   options.script = words[i];
   if (options.script.empty()) throw UsageError("the name of the script is empty");
-  // pendula --safe script.lua --json: its limits may stand behind the script; "--"
-  // begins the script's own words.
+  // pendula --safe script.lua --json: limits are also accepted after the script; "--" begins the arguments
+  // of the script.
   ++i;
   if (options.safe)
     while (i < words.size() && read_limit(words, i, options)) ++i;

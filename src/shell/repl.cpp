@@ -34,7 +34,7 @@ bool is_defined(lua_State* L, const std::string& name) {
   return defined;
 }
 
-/// The call that answers `path?`: about the user's own value if there is one, else about the name.
+/// The call for `path?`: help on the user's own value if there is one, else on the name.
 std::string help_call(lua_State* L, const std::string& path) {
   const auto names = path_names(path);
   if (names.size() == 1)
@@ -47,7 +47,7 @@ std::string help_call(lua_State* L, const std::string& path) {
   return "help \"" + type + separator + names[1] + "\"";
 }
 
-/// Could the parts be typed one by one? Not if a variable has to be closed behind all of them.
+/// Can the parts be evaluated one by one? Not if a variable <close> must live until the end of all parts.
 bool all_complete(lua_State* L, const std::vector<std::string>& parts) {
   const int base = lua_gettop(L);
   const bool complete = std::all_of(parts.begin(), parts.end(), [&](const std::string& part) {
@@ -81,7 +81,7 @@ class Session {
 
   lua_State* L_;
   std::unique_ptr<Reader> reader_;
-  std::unique_ptr<Journal> journal_;  ///< of a person's session
+  std::unique_ptr<Journal> journal_;  ///< if a person types the entries
   std::string pending_;               ///< the lines of an entry that is not complete yet
   bool leave_ = false;
   bool stopped_ = false;  ///< the last entry that failed was ended by Ctrl-C
@@ -96,7 +96,7 @@ void Session::run() {
       recover();
       continue;
     }
-    // Ctrl-D gives up an unfinished entry; only on a fresh prompt it leaves.
+    // Ctrl-D abandons an unfinished entry; it leaves the session only at an empty prompt.
     if (line.kind == Line::Kind::end) {
       std::puts("");
       leave_ = pending_.empty();
@@ -118,7 +118,7 @@ void Session::feed(const std::string& text) {
   pending_.clear();
   reader_->remember(entry);
   const auto parts = pieces(L_, entry);
-  // A chunk that is more than its pieces runs as a whole: goto, <close>.
+  // A chunk with goto or <close> across its statements runs as a whole.
   const bool whole = reading == Reading::complete && !all_complete(L_, parts);
   if (parts.size() < 2 || whole) {
     evaluate(entry);
@@ -135,7 +135,8 @@ bool Session::is_complete(const std::string& text) const {
   return reading != Reading::incomplete;
 }
 
-/// What is no Lua: how to leave, commands, and the question mark. A global of the user's goes first.
+/// Handles entries that are not Lua: exit, commands and the question mark. A global variable of the same
+/// name takes precedence.
 bool Session::command(const std::string& entry) {
   const auto word = trimmed(entry);
   for (const char* name : {"exit", "quit"}) {
@@ -154,12 +155,12 @@ bool Session::command(const std::string& entry) {
   return true;
 }
 
-/// The first error ends it, as if the lines had been typed one by one.
+/// Stops at the first error, as if the lines had been typed one by one.
 void Session::evaluate_pieces(const std::vector<std::string>& parts) {
   for (const auto& part : parts) {
     const Reading reading = compile(L_, part);
     if (reading == Reading::incomplete) {
-      pending_ = part.substr(part.find_first_not_of('\n'));  // without those that count its lines
+      pending_ = part.substr(part.find_first_not_of('\n'));  // without the line breaks added for counting
       return;
     }
     lua_pop(L_, 1);
@@ -167,13 +168,14 @@ void Session::evaluate_pieces(const std::vector<std::string>& parts) {
   }
 }
 
-/// script: what a record of the session gets if all goes well.
+/// script: the text for the record of the session if the entry succeeds.
 bool Session::evaluate(const std::string& entry, const std::string& script) {
   interrupt_requested = false;
   const int base = lua_gettop(L_);
   bool good = compile(L_, entry) == Reading::complete && lua::run(L_, 0, LUA_MULTRET);
   if (good && lua_gettop(L_) > base) {
-    if (!lua_checkstack(L_, 10)) lua_settop(L_, base + 100);  // a million values: enough is shown
+    // the stack is full after a million values; some of them suffice
+    if (!lua_checkstack(L_, 10)) lua_settop(L_, base + 100);
     lua_pushcfunction(L_, echo_values);
     lua_insert(L_, base + 1);
     good = lua::run(L_, lua_gettop(L_) - base - 1, 0);
@@ -186,14 +188,14 @@ bool Session::evaluate(const std::string& entry, const std::string& script) {
   return good;
 }
 
-/// What runs the entry again, in a script: an expression is printed there.
+/// Text that repeats the entry in a script: expressions are wrapped in print().
 std::string as_script(lua_State* L, const std::string& entry) {
   const bool statement = luaL_loadstring(L, entry.c_str()) == LUA_OK;
   lua_pop(L, 1);
   return statement ? entry : "print(" + entry.substr(entry.find_first_not_of("= ")) + ")";
 }
 
-/// Appends the entry to the journal, and to the file that record "session.lua" named.
+/// Appends the entry to the journal and to the file given to record "session.lua".
 void Session::record(const std::string& entry) {
   if (entry.find("record") != entry.npos || entry.find("recover") != entry.npos) return;
   const std::string script = as_script(L_, entry);
@@ -205,7 +207,8 @@ void Session::record(const std::string& entry) {
   lua_settop(L_, top);
 }
 
-/// Begins the journal of a person's session, and tells of one that was left behind.
+/// Begins the journal of an interactive session and reports a journal left by a session that did
+/// not end normally.
 void Session::begin_journal() {
   if (!is_terminal(STDIN_FILENO)) return;
   journal_ = std::make_unique<Journal>();
@@ -219,8 +222,8 @@ void Session::begin_journal() {
       "A session did not end by itself. recover() runs its entries again, recover(false) forgets them.\n");
 }
 
-/// If the entry before was recover(): runs the entries of the session that was cut off, each by itself, so
-/// that what fails costs no more than itself. They enter the journal of this session.
+/// If the previous entry was recover(): runs the entries of the interrupted session one by one, so that a
+/// failing entry does not prevent the others. They are added to the journal of this session.
 void Session::recover() {
   lua::push_stdlib_environment(L_);
   lua_getfield(L_, -1, "recovering");
@@ -232,13 +235,13 @@ void Session::recover() {
   stopped_ = false;
   for (const std::string& entry : Journal::entries(path)) {
     evaluate(std::string(trimmed(entry)));
-    if (stopped_) return;  // by Ctrl-C: the journal stays
+    if (stopped_) return;  // by Ctrl-C: the journal is kept
   }
   std::error_code ignored;
   std::filesystem::remove(path, ignored);
 }
 
-/// The position "stdin:1:" says nothing about an entry of one line; of several, the line is worth knowing.
+/// The position "stdin:1:" is dropped for an entry of one line; for several lines the line number is kept.
 void Session::report(const std::string& entry) {
   stopped_ = lua::is_interrupt(L_, -1);
   if (stopped_) {

@@ -31,7 +31,7 @@ std::vector<Source> read_sources(const Options& options) {
   return sources;
 }
 
-/// "exam.lua:3: text" → 3; 0: there is none.
+/// The line number in "exam.lua:3: text"; 0 if there is none.
 int line_of(const std::string& message) {
   const auto colon = message.find(':');
   if (colon == std::string::npos) return 0;
@@ -45,7 +45,7 @@ class Confined {
   Confined(const Options& options, const std::vector<Source>& sources, sandbox::Reporter& reporter)
       : options_(options), sources_(sources), reporter_(reporter), state_(lua::new_state(), lua_close) {
     set_arguments(state_.get(), options.before, options.script, options.arguments);
-    // An eighth is left for what is not Lua's.
+    // Lua gets seven eighths; the rest is for allocations outside Lua.
     lua::forbid_calls(state_.get(), tell_, options.limits.memory / 8 * 7);
   }
 
@@ -58,7 +58,7 @@ class Confined {
       reporter_.message(pop_error(state_.get()).text);
       return false;
     }
-    state_.reset();  // files are written and finalizers run inside the walls
+    state_.reset();  // writes files and runs finalizers while still in the sandbox
     return true;
   }
 
@@ -72,7 +72,7 @@ class Confined {
   std::unique_ptr<lua_State, decltype(&lua_close)> state_;
 };
 
-/// Passes on what the script prints; a terminal does not obey it.
+/// Passes on the output of the script; control characters for a terminal are made harmless.
 class Output {
  public:
   explicit Output(std::FILE* file) : file_(file), terminal_(isatty(fileno(file)) != 0) {}
@@ -121,7 +121,7 @@ std::vector<std::pair<std::string, std::string>> json_outcome(const sandbox::Out
 int run_safely(const Options& options) {
   const auto sources = read_sources(options);
   catch_interrupt_in_session();
-  std::fflush(nullptr);  // what stands in buffers must not be written twice
+  std::fflush(nullptr);  // the child must not inherit buffered output and write it again
   std::string out, err;
   Output shown(stdout), complaints(stderr);
   const auto print = [&](int descriptor, const char* bytes, std::size_t size) {

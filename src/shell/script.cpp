@@ -19,7 +19,7 @@
 namespace pendula::shell {
 namespace {
 
-/// Everything there is to read, or nothing with errno set; Ctrl-C while waiting is EINTR.
+/// Reads the whole file; nothing on failure, with errno set: EINTR for Ctrl-C during the wait.
 std::optional<std::string> read_all(std::FILE* file) {
   std::string source;
   char chunk[1 << 14];
@@ -40,13 +40,13 @@ std::optional<std::string> read_file(const std::string& path) {
   return source;
 }
 
-/// Blanks a byte order mark and a shebang line; line numbers stay.
+/// Removes a byte order mark and a shebang line without changing the line numbers.
 void skip_preamble(std::string& source) {
   if (source.rfind("\xEF\xBB\xBF", 0) == 0) source.erase(0, 3);
   if (source.rfind('#', 0) == 0) source.erase(0, source.find('\n'));
 }
 
-/// " Did you mean 'exam.lua'?" among the Lua files beside a path that does not exist.
+/// " Did you mean 'exam.lua'?" if the folder of a missing file has a Lua file with a similar name.
 std::string similar_file(const std::string& path) {
   const std::filesystem::path wanted(path);
   const auto folder = wanted.has_parent_path() ? wanted.parent_path() : std::filesystem::path(".");
@@ -68,8 +68,8 @@ Status cannot_read(const std::string& path, int error) {
   return failed;
 }
 
-/// Takes the error text of the parser from the stack and puts it back with a hint; what it says of too many
-/// brackets has no place.
+/// Replaces the error text of the parser on the stack by one with a hint; the message about too many brackets
+/// is replaced because it has no position.
 void add_hint(lua_State* L, const std::string& source, const std::string& chunk) {
   std::string error = lua_tostring(L, -1);
   if (error.starts_with("C stack overflow"))
@@ -108,7 +108,7 @@ void set_arguments(lua_State* L, const std::vector<std::string>& before, const s
     lua_pushlstring(L, value.data(), value.size());
     lua_rawseti(L, -2, index);
   };
-  // As in lua.c: without a script, the program itself is at 0.
+  // As in lua.c: without a script, index 0 is the program itself.
   const auto shift = static_cast<lua_Integer>(before.size()) - (script.empty() ? 1 : 0);
   for (std::size_t i = 0; i < before.size(); ++i) set(before[i], static_cast<lua_Integer>(i) - shift);
   if (!script.empty()) set(script, 0);

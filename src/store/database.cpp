@@ -33,7 +33,7 @@ bool is_on_network(const std::string& file) {
   }
 }
 
-/// SQLite would wait for somebody to write into a pipe.
+/// Opening a pipe would block SQLite until another process writes to it.
 void require_regular(const std::string& file) {
   std::error_code ignored;
   const auto kind = std::filesystem::status(file, ignored).type();

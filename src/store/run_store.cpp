@@ -16,7 +16,7 @@
 namespace pendula::store {
 namespace {
 
-constexpr int version = 1;  ///< of the tables
+constexpr int version = 1;  ///< of the layout of the tables
 constexpr std::size_t most_columns = 500;
 
 std::string quoted(const std::string& name) {
@@ -90,7 +90,7 @@ void RunStore::create(const Description& description) {
   transaction.commit();
 }
 
-/// Names of columns differ by more than upper and lower case.
+/// Makes the column names unique without regard to case, as SQLite compares them.
 void RunStore::name_columns() {
   Description& d = description_;
   std::size_t shown = 0;

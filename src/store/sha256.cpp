@@ -10,7 +10,7 @@ namespace {
 
 using State = std::array<std::uint32_t, 8>;
 
-/// The first 32 bits behind the point of √p (root = 2) or ∛p (root = 3), of the first primes.
+/// The first 32 bits of the fractional part of √p (root = 2) or ∛p (root = 3) for the first n primes p.
 template <std::size_t n>
 std::array<std::uint32_t, n> fractions(int root) {
   std::array<std::uint32_t, n> result{};

@@ -33,7 +33,7 @@ std::uint32_t check_sum(std::string_view bytes) {
       crc32(0, reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uInt>(bytes.size())));
 }
 
-/// Length, check sum, contents.
+/// A record as bytes: length, check sum, contents.
 std::string framed(const Record& r) {
   std::string contents;
   put(contents, static_cast<std::int64_t>(r.run));
@@ -47,7 +47,7 @@ std::string framed(const Record& r) {
   return frame + contents;
 }
 
-/// Takes values from the front of a text; `good` is false once there were too few bytes.
+/// Takes values from the front of a byte string; `good` becomes false if there are too few bytes.
 struct Reader {
   std::string_view bytes;
   bool good = true;
@@ -93,7 +93,7 @@ std::string contents_of(const std::string& name) {
   return text.str();
 }
 
-/// All bytes, or a Failure.
+/// Writes all bytes or throws Failure.
 void write_all(int file, const std::string& bytes, const std::string& name) {
   for (std::size_t at = 0; at < bytes.size();) {
     const ssize_t written = write(file, bytes.data() + at, bytes.size() - at);
@@ -131,7 +131,8 @@ Ranges read_ranges(const std::string& text) {
 
 std::vector<Record> read_shard(const std::string& file, const std::string& fingerprint) {
   const std::string bytes = contents_of(file), head = magic + fingerprint + "\n";
-  if (bytes.size() < head.size()) return {};  // its process died at once
+  // the process that wrote it ended before the header was complete
+  if (bytes.size() < head.size()) return {};
   if (bytes.compare(0, head.size(), head) != 0)
     throw Error("'" + file + "' belongs to another sweep; remove it, or the folder that it is in");
   std::vector<Record> records;
@@ -166,7 +167,7 @@ Shard::~Shard() {
   if (file_ >= 0) close(file_);
 }
 
-/// Records that other workers on this shard have left; their files stay until the shard is collected.
+/// Collects records left by other workers on this shard; their files stay until the shard is collected.
 void Shard::take_over() {
   namespace fs = std::filesystem;
   const fs::path own(part_);

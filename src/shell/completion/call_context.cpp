@@ -9,7 +9,8 @@ bool opens(const Token& token) { return token.is("(") || token.is("{") || token.
 bool closes(const Token& token) { return token.is(")") || token.is("}") || token.is("]"); }
 bool separates(const Token& token) { return token.is(",") || token.is(";"); }
 
-/// The bracket that is open at tokens[end], or `end` if there is none. `commas`: how many stand between.
+/// Index of the innermost bracket that is open at tokens[end], or `end` if there is none. `commas`: number of
+/// commas between them.
 std::size_t open_bracket(const std::vector<Token>& tokens, std::size_t end, std::size_t& commas) {
   int depth = 0;
   commas = 0;
@@ -24,13 +25,13 @@ std::size_t open_bracket(const std::vector<Token>& tokens, std::size_t end, std:
                !tokens[i].is("end") && !tokens[i].is("not") && !tokens[i].is("nil") &&
                !tokens[i].is("true") && !tokens[i].is("false") && !tokens[i].is("and") &&
                !tokens[i].is("or")) {
-      return end;  // another statement: the brackets before it belong to something else
+      return end;  // a new statement: brackets before it do not enclose the cursor
     }
   }
   return end;
 }
 
-/// `name =` or `["name"] =` before tokens[end]; "" if neither stands there.
+/// The name in `name =` or `["name"] =` before tokens[end]; "" if there is neither.
 std::string key_of(const std::vector<Token>& tokens, std::size_t end) {
   if (end < 2 || !tokens[end - 1].is("=")) return "";
   std::vector<Key> path;
@@ -39,7 +40,7 @@ std::string key_of(const std::vector<Token>& tokens, std::size_t end) {
   return name ? *name : "";
 }
 
-/// The option that the cursor is the value of: back to the comma or bracket before it.
+/// The option whose value contains the cursor; the search ends at the comma or bracket before it.
 std::string key_at(const std::vector<Token>& tokens, std::size_t open, std::size_t end) {
   int depth = 0;
   for (std::size_t i = end; i-- > open + 1;) {
@@ -51,7 +52,7 @@ std::string key_at(const std::vector<Token>& tokens, std::size_t open, std::size
   return "";
 }
 
-/// What is called by the bracket, string or table that begins at tokens[at].
+/// The function that is called with the bracket, string or table that begins at tokens[at].
 void read_function(const std::vector<Token>& tokens, std::size_t at, CallContext& context) {
   std::vector<Key> path;
   const std::size_t begin = path_before(tokens, at, path);
@@ -123,7 +124,7 @@ CallContext call_context(const std::vector<Token>& tokens, std::size_t end) {
   for (std::size_t at = end; open != at;) {
     if (tokens[open].is("[")) return {};
     if (tokens[open].is("(") || begins_call(tokens, open)) {
-      if (!begins_call(tokens, open)) return {};  // a parenthesis
+      if (!begins_call(tokens, open)) return {};  // a parenthesis around an expression
       read_function(tokens, open, context);
       if (context.function.empty()) return {};
       context.argument = tokens[open].is("(") ? commas + 1 : 1;

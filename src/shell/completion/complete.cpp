@@ -15,10 +15,10 @@ namespace {
 
 using lua::tokenize;
 
-/// `rk.gauss`, `q[1].do`, `sys:red`: the keys that lead to the value, and the word behind the last separator.
+/// `rk.gauss`, `q[1].do`, `sys:red`: the keys that lead to the value, and the word after the last separator.
 struct Request {
   std::vector<Key> path;  ///< empty: a global name or a keyword
-  char separator = '\0';  ///< '.' or ':' in front of the word
+  char separator = '\0';  ///< '.' or ':' before the word
   std::string word;
   std::set<std::string> found;
 };
@@ -27,7 +27,7 @@ bool begins_with(std::string_view text, std::string_view begin) {
   return text.substr(0, begin.size()) == begin;
 }
 
-/// Names that begin with an underscore are private: offered only to who types the underscore.
+/// Names that begin with an underscore are private: offered only if the word begins with one.
 void offer(Request& request, std::string_view name) {
   const bool hidden = begins_with(name, "_") && request.word.empty();
   if (begins_with(name, request.word) && !hidden) request.found.emplace(name);
@@ -44,7 +44,7 @@ void offer_keys(lua_State* L, int table, Request& request) {
   table = lua_absindex(L, table);
   lua_pushnil(L);
   while (lua_next(L, table)) {
-    // Keys that are numbers must not be converted in place: lua_next would lose its way.
+    // lua_tolstring converts keys that are numbers in place, which confuses lua_next.
     if (lua_type(L, -2) == LUA_TSTRING && (request.separator != ':' || is_callable(L, -1)))
       if (const char* key = lua_tostring(L, -2); is_lua_name(key)) offer(request, key);
     lua_pop(L, 1);
@@ -60,20 +60,21 @@ bool has_row(const std::string& type, char separator, const std::string& member)
   return false;
 }
 
-/// Methods behind a colon, fields behind a dot; members the stdlib adds without a row of C++ behind both.
+/// Methods after a colon, fields after a dot, and after both the members that the stdlib adds without a
+/// row in C++.
 void offer_object(lua_State* L, const std::string& type, Request& request) {
   const char other = request.separator == ':' ? '#' : ':';
   for (const auto& member : lua::member_names(L, type.c_str()))
     if (!has_row(type, other, member)) offer(request, member);
 }
 
-/// Everything the value on top of the stack answers to, its metatables' tables included.
+/// The members of the value on top of the stack, including those of the __index tables of its metatables.
 void offer_members(lua_State* L, Request& request) {
-  constexpr int deepest = 10;  // a chain of __index tables may be a ring
+  constexpr int deepest = 10;  // a chain of __index tables may be a cycle
   if (const std::string type = lua::object_type(L, -1); !type.empty()) return offer_object(L, type, request);
   for (int depth = 0; depth < deepest; ++depth) {
     if (lua_istable(L, -1)) offer_keys(L, -1, request);
-    if (luaL_getmetafield(L, -1, "__lazy") != LUA_TNIL) {  // entries of a library that are not made yet
+    if (luaL_getmetafield(L, -1, "__lazy") != LUA_TNIL) {  // entries of a library that are not loaded yet
       if (lua_istable(L, -1)) offer_keys(L, -1, request);
       lua_pop(L, 1);
     }
@@ -89,8 +90,8 @@ void push_key(lua_State* L, const Key& key) {
   }
 }
 
-/// Replaces the stack by the value the path leads to. Globals are read raw: an
-/// undefined one is an error in Pendula.
+/// Replaces the stack by the value at the path. Globals are read raw because reading an undefined one is an
+/// error in Pendula.
 void walk(lua_State* L, const Request& request) {
   lua_settop(L, 0);
   lua_pushglobaltable(L);
@@ -116,7 +117,7 @@ int collect(lua_State* L) {
   return 0;
 }
 
-/// A field that is computed in Lua must not keep the user waiting, for Ctrl-C cannot stop a completion.
+/// Bounds the time of a field that is computed in Lua, for Ctrl-C cannot stop a completion.
 void give_up(lua_State* L, lua_Debug*) { luaL_error(L, "too long for a completion"); }
 
 void run_limited(lua_State* L, lua_CFunction function, void* request) {
@@ -129,8 +130,8 @@ void run_limited(lua_State* L, lua_CFunction function, void* request) {
   lua_sethook(L, hook, mask, count);
 }
 
-/// Fills path and separator from the tokens before tokens[end]. False: nothing
-/// sensible stands there, as in `f(x).`.
+/// Fills path and separator from the tokens before tokens[end]. False if the separator does not follow a
+/// path, as in `f(x).`.
 bool read_path(const std::vector<Token>& tokens, std::size_t end, Request& request) {
   if (end == 0 || !(tokens[end - 1].is(".") || tokens[end - 1].is(":"))) return true;
   request.separator = tokens[end - 1].text[0];
@@ -144,7 +145,7 @@ void set_string(lua_State* L, const char* key, const std::string& value) {
   lua_setfield(L, -2, key);
 }
 
-/// "rk.gauss" of a path of names; "" if an index is in it.
+/// "rk.gauss" for a path of names; "" if the path contains an index.
 std::string dotted(const std::vector<Key>& path) {
   std::string name;
   for (const Key& key : path) {
@@ -155,7 +156,7 @@ std::string dotted(const std::vector<Key>& path) {
   return name;
 }
 
-/// Pushes the value that a path leads to, from the globals; nil where there is none.
+/// Pushes the value at a path that begins with a global; nil if there is none.
 void push_value(lua_State* L, const std::vector<Key>& path) {
   if (path.empty()) return lua_pushnil(L);
   lua_pushglobaltable(L);
@@ -176,7 +177,7 @@ struct CallRequest {
   std::vector<std::string> found;
 };
 
-/// Asks stdlib/complete.lua, which knows the tables of options.
+/// Calls stdlib/complete.lua, which contains the tables of options.
 int collect_in_call(lua_State* L) {
   auto& request = *static_cast<CallRequest*>(lua_touserdata(L, 1));
   const CallContext& context = request.context;
@@ -210,7 +211,7 @@ int collect_in_call(lua_State* L) {
   return 0;
 }
 
-/// The words that may stand at the cursor because of the call around it; none: anything may.
+/// The words allowed at the cursor by the call around it; empty if there is no restriction.
 std::vector<std::string> words_in_call(lua_State* L, const CallContext& context, const std::string& word,
                                        bool in_string) {
   if (context.argument == 0) return {};
@@ -219,7 +220,7 @@ std::vector<std::string> words_in_call(lua_State* L, const CallContext& context,
   return request.found;
 }
 
-/// f "word: the call that a string without parentheses belongs to; else the call around it.
+/// For `f "word`, the call with the string as its argument; else the call around the string.
 CallContext context_of_string(const std::vector<Token>& tokens, std::size_t string) {
   std::vector<Token> with_bracket(tokens.begin(), tokens.begin() + static_cast<std::ptrdiff_t>(string));
   const bool bare = string > 0 && tokens[string - 1].kind == TokenKind::name;

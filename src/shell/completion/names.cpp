@@ -12,7 +12,7 @@ int push_global(lua_State* L, std::string_view name) {
 
 namespace {
 
-/// Is the value what `require name` gives, as string and math are?
+/// Is the value the result of `require name`, such as string and math?
 bool is_library(lua_State* L, int value, std::string_view name) {
   lua_getfield(L, LUA_REGISTRYINDEX, LUA_LOADED_TABLE);
   lua_pushlstring(L, name.data(), name.size());

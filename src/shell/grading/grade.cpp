@@ -28,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr char separator = '\x1f';  // between the fields of a result; no text of ours contains it
+constexpr char separator = '\x1f';  // between the fields of a result; no field contains it
 constexpr double grader_seconds = 60;
 
 struct Task {
@@ -40,14 +40,15 @@ std::string read(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
   if (!file || fs::is_directory(path) || !(text << file.rdbuf())) {
-    if (file && fs::exists(path) && !fs::is_directory(path)) return "";  // an empty file gives no bytes
+    // inserting the buffer of an empty file sets failbit
+    if (file && fs::exists(path) && !fs::is_directory(path)) return "";
     throw Error("grade: cannot read '" + path + "'");
   }
   return text.str();
 }
 
-/// Of a file of its own: a link could lead to another's, or to the teacher's. It is opened once: what
-/// is read is what was looked at.
+/// Reads a regular file that is no symbolic link: a link could lead to the file of another student or of the
+/// teacher. The file is opened only once, so that the checks apply to the file that is read.
 std::string read_submission(const std::string& path) {
   static constexpr std::size_t most = 4 << 20;
   const int file = open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
@@ -88,7 +89,7 @@ std::vector<std::string> fields_of(const std::string& row) {
   return fields;
 }
 
-/// A Lua state inside the walls.
+/// A Lua state in the sandbox.
 class Confined {
  public:
   Confined(sandbox::Reporter& reporter, std::size_t memory)
@@ -114,7 +115,7 @@ sandbox::Outcome confined(const sandbox::Limits& limits, const std::function<boo
   return sandbox::run(limits, prepare, [](int, const char*, std::size_t) {});
 }
 
-/// Runs the text of a submission; an error goes to the report.
+/// Runs the text of a submission; an error is sent to the reporter.
 bool run_submission(Confined& inside, std::string source, const std::string& name) {
   lua_State* L = inside.L();
   if (source.rfind("\xEF\xBB\xBF", 0) == 0) source.erase(0, 3);
@@ -177,7 +178,7 @@ class Grader {
     }
   }
 
-  /// The answers are the results of the outcome, also of a submission that failed later.
+  /// The outcome contains the answers, also those given before a submission failed.
   sandbox::Outcome run(const std::string& path) const {
     std::string source;
     try {
@@ -267,7 +268,7 @@ Report grade(const Request& request) {
   Report report{grader.title(), grader.points(), std::vector<Graded>(files.size())};
   std::atomic<std::size_t> next = 0;
   std::vector<std::exception_ptr> problems(files.size());
-  // Threads only wait for processes here; a Lua state lives in a process of its own.
+  // Lua states are not shared: each runs in a process of its own, for which the threads only wait.
   const auto work = [&] {
     for (std::size_t i = next++; i < files.size() && !interrupt_requested; i = next++) try {
         report.submissions[i] = grader.grade(files[i]);

@@ -48,7 +48,8 @@ std::string json_report(const Report& report) {
          "\n";
 }
 
-/// Names, messages and feedback come from the submissions too: none of them becomes a line of its own.
+/// Names, messages and feedback contain text from the submissions, which must not begin a new line
+/// of the report.
 std::string text_report(const Report& report) {
   using sandbox::harmless_part;
   std::ostringstream out;

@@ -32,7 +32,7 @@ std::string_view colour(Style style) {
   return plain;
 }
 
-/// The character at text[at]: what is shown for it, in how many cells and bytes.
+/// The displayed form of the character at text[at], its number of cells and of bytes.
 struct Glyph {
   std::string text;
   int cells = 1;
@@ -47,7 +47,7 @@ Glyph glyph(std::string_view text, std::size_t at) {
   std::mbstate_t state = {};
   const std::size_t bytes = std::mbrtowc(&wide, text.data() + at, text.size() - at, &state);
   if (bytes == 0 || bytes > text.size() - at)
-    return {"\uFFFD", 1, 1};  // no character: half of one, an old code
+    return {"\uFFFD", 1, 1};  // an incomplete character or one in another encoding
   return {std::string(text.substr(at, bytes)), std::max(0, wcwidth(wide)), bytes};
 }
 
@@ -80,7 +80,7 @@ class Painter {
     column_ = 0;
   }
 
-  /// The cursor stands before the next glyph; behind a full row that is the beginning of the next one.
+  /// Puts the cursor before the next glyph, at the beginning of the next row if this one is full.
   void mark_cursor() {
     if (column_ >= columns_) row(true);
     result_.cursor_row = result_.rows.size() - 1;
@@ -102,7 +102,7 @@ class Painter {
   Picture result_;
 };
 
-/// The first line of a suggestion, as far as the row has room for it.
+/// The beginning of the first line of a suggestion that fits into the row.
 std::string fitted_ghost(std::string_view ghost, int room) {
   std::string shown;
   int cells = 0;
@@ -148,8 +148,8 @@ std::string EntryView::show(const Entry& entry, int columns, int window_rows) {
   for (std::size_t i = top_; i < end; ++i) {
     bytes += now.rows[i];
     if (i + 1 < end && !now.wrapped[i]) bytes += "\r\n";
-    // A row that is only wrapped goes on by itself: the terminal knows that both are one line. Before an
-    // empty one a blank has to make it do so.
+    // The terminal continues a wrapped row in the next one by itself and treats both as one line. If the next
+    // row is empty, a blank makes it wrap.
     if (i + 1 < end && now.wrapped[i] && now.rows[i + 1].empty()) bytes += " \r\033[K";
   }
   if (const std::size_t below = end - 1 - now.cursor_row; below > 0)

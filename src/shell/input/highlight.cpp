@@ -44,11 +44,12 @@ bool are_partners(const Token& open, const Token& close) {
   return pairs.find(open.text[0]) + 1 == pairs.find(close.text[0]);
 }
 
-/// The token that closes or opens what tokens[at] opens or closes; tokens.size() if there is none.
+/// Index of the token that matches the bracket or block keyword tokens[at]; tokens.size() if there is none.
 std::size_t partner(const std::vector<Token>& tokens, std::size_t at) {
   const int step = bracket_step(tokens[at]);
   int depth = 0;
-  for (std::size_t i = at; i < tokens.size(); i += static_cast<std::size_t>(step)) {  // ends below 0, too
+  // the unsigned index wraps around below 0, which ends the loop
+  for (std::size_t i = at; i < tokens.size(); i += static_cast<std::size_t>(step)) {
     depth += bracket_step(tokens[i]);
     if (depth != 0) continue;
     return are_partners(tokens[step > 0 ? at : i], tokens[step > 0 ? i : at]) ? i : tokens.size();
@@ -57,7 +58,8 @@ std::size_t partner(const std::vector<Token>& tokens, std::size_t at) {
 }
 
 void mark_brackets(const std::vector<Token>& tokens, std::size_t cursor, std::vector<Style>& styles) {
-  for (const std::size_t place : {cursor, cursor - 1}) {  // before the first byte there is no token
+  // cursor - 1 wraps around at 0 and then matches no token
+  for (const std::size_t place : {cursor, cursor - 1}) {
     const auto token =
         std::find_if(tokens.begin(), tokens.end(), [&](const Token& t) { return t.begin == place; });
     if (token == tokens.end() || bracket_step(*token) == 0) continue;
@@ -95,7 +97,7 @@ std::vector<Style> highlighted(std::string_view text, std::size_t cursor, const 
     std::fill(styles.begin() + static_cast<std::ptrdiff_t>(begin),
               styles.begin() + static_cast<std::ptrdiff_t>(end), style);
   };
-  std::size_t behind = 0;  // between tokens stand blanks and comments
+  std::size_t behind = 0;  // there are only blanks and comments between tokens
   for (std::size_t i = 0; i < tokens.size(); ++i) {
     if (const auto comment = text.find("--", behind); comment < tokens[i].begin)
       paint(comment, tokens[i].begin, Style::comment);
@@ -109,7 +111,7 @@ std::vector<Style> highlighted(std::string_view text, std::size_t cursor, const 
 }
 
 std::size_t indentation(std::string_view text) {
-  std::vector<std::size_t> open;  // the indentation of the lines that open what is not closed
+  std::vector<std::size_t> open;  // indentation of each line that opens a block or bracket not closed yet
   for (const Token& token : lua::tokenize(text)) {
     const int step = block_step(token) + bracket_step(token);
     if (step > 0) open.push_back(blanks_of_line(text, token.begin));

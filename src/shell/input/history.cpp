@@ -36,7 +36,7 @@ std::string unescaped(const std::string& line) {
   return entry;
 }
 
-/// Appends to `path`, which only the user may read: what one types may be private.
+/// Appends to `path`. Only the user may read the file because entries may be private.
 bool append(const std::string& path, const std::string& text) {
   const int fd = open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
   if (fd < 0) return false;

@@ -15,14 +15,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* end_of_entry = "-- end of the entry";  ///< a line of its own
+constexpr const char* end_of_entry = "-- end of the entry";  ///< on a line of its own
 
 fs::path folder() {
   const std::string history = history_path();
   return history.empty() ? fs::path() : fs::path(history).parent_path() / "sessions";
 }
 
-/// Whoever writes a journal holds its lock, which goes with the process, however that ends.
+/// The session that writes a journal holds a lock on it, which the kernel releases however the process ends.
 bool is_locked(const fs::path& path) {
   const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (fd < 0) return true;
@@ -39,7 +39,7 @@ Journal::~Journal() {
   if (fd_ >= 0) close(fd_);
 }
 
-/// The first entry makes the file, which only the user may read.
+/// The file is created with the first entry; only the user may read it.
 void Journal::add(const std::string& entry) {
   if (fd_ < 0) {
     const fs::path place = folder();
@@ -51,7 +51,7 @@ void Journal::add(const std::string& entry) {
     if (fd_ >= 0) flock(fd_, LOCK_EX | LOCK_NB);
   }
   const std::string line = entry + "\n" + end_of_entry + "\n";
-  // What cannot be written is no reason to disturb the user.
+  // A failed write is ignored: the journal is optional and must not disturb the user.
   if (fd_ >= 0) (void)!write(fd_, line.data(), line.size());
 }
 
@@ -75,7 +75,7 @@ std::vector<std::string> Journal::entries(const std::string& path) {
     all.push_back(std::move(entry));
     entry.clear();
   }
-  return all;  // what the machine wrote half is no entry
+  return all;  // text without an end mark is an entry that was only partly written
 }
 
 }  // namespace pendula::shell

@@ -1,4 +1,4 @@
-// Lines without editing: for pipes, for dumb terminals, and for builds without readline.
+// Reads lines without editing: for pipes, for dumb terminals, and for builds without readline.
 #include <unistd.h>
 
 #include <cstdio>
@@ -48,7 +48,7 @@ class PlainReader : public Reader {
     return line;
   }
 
-  /// At the end of the input: what stands there without a line break is a line too.
+  /// The text after the last line break, at the end of the input.
   Line last_line() {
     if (buffer_.empty()) return {Line::Kind::end, ""};
     Line line{Line::Kind::text, buffer_};

@@ -1,8 +1,7 @@
-// Line editing with GNU readline through its callback interface. The plain readline() call swallows
-// characters after Ctrl-C; here signals are let in only inside ppoll(), and a line that Ctrl-C abandons is
-// taken down properly. Readline keeps the text, its keys, the history and the search in it; on
-// terminals whose cursor can go up, what is seen is drawn by EntryView, and an entry of
-// several lines is edited as one block.
+// Line editing with GNU readline through its callback interface. The plain readline() call loses characters
+// after Ctrl-C; here signals are unblocked only inside ppoll(), and the state of a line abandoned by Ctrl-C
+// is reset. Readline holds the text, its keys, the history and the search in it. On terminals that can move
+// the cursor up, EntryView draws the entry, and an entry of several lines is edited as one block.
 #ifdef PENDULA_READLINE
 
 #include <poll.h>
@@ -36,14 +35,14 @@ class ReadlineReader : public Reader {
   void remember(const std::string& entry) override;
 
  private:
-  // Readline knows only plain functions; there is one terminal, hence one reader.
+  // Static because readline calls plain functions; there is only one terminal, hence one reader.
   static void take_line(char* text);
   static int tab(int count, int key);
   static char* word_breaks();
   static char** attempt(const char* text, int start, int end);
   static char* next_word(const char* text, int state);
 
-  // The keys of a block.
+  // Keys in an entry edited as a block.
   static int enter(int count, int key);
   static int right(int count, int key);
   static int line_end(int count, int key);
@@ -82,16 +81,19 @@ ReadlineReader::ReadlineReader(Knowledge knowledge) : knowledge_(std::move(knowl
   rl_readline_name = "pendula";
   rl_catch_signals = 0;
   rl_catch_sigwinch = 0;
-  rl_outstream = is_terminal(STDOUT_FILENO) ? stdout : stderr;  // the prompt is no part of redirected output
-  rl_variable_bind("enable-bracketed-paste", "on");             // the default; ~/.inputrc may refuse
-  rl_variable_bind("bind-tty-special-chars", "off");            // they would take Ctrl-U of a block away
+  // redirected output must not contain the prompt
+  rl_outstream = is_terminal(STDOUT_FILENO) ? stdout : stderr;
+  rl_variable_bind("enable-bracketed-paste", "on");  // the default; ~/.inputrc may override it
+  // otherwise readline rebinds Ctrl-U, which has its own function in a block
+  rl_variable_bind("bind-tty-special-chars", "off");
   rl_initialize();
   colour_ = has_colour(fileno(rl_outstream));
   rl_completion_word_break_hook = word_breaks;
   rl_attempted_completion_function = attempt;
-  rl_completion_query_items = 400;  // the question would be asked with signals blocked
+  rl_completion_query_items = 400;  // readline would ask its question with signals blocked
   rl_variable_bind("page-completions", "off");
-  rl_variable_bind("revert-all-at-newline", "on");  // a history entry edited in passing stays as it was
+  // a history entry that was edited but not entered is restored
+  rl_variable_bind("revert-all-at-newline", "on");
   rl_bind_key('\t', tab);
   const char* cursor_up = rl_get_termcap("up");
   block_ = cursor_up && *cursor_up;
@@ -138,7 +140,7 @@ Line ReadlineReader::read(const std::string& pending) {
   pending_ = pending.empty() || block_ ? "" : pending + "\n";
   done_ = false;
   PromptSignals signals;
-  rl_reset_screen_size();  // the window may have changed while we computed
+  rl_reset_screen_size();  // the window may have been resized during the computation
   view_.begin();
   rl_callback_handler_install(prompt(pending_.empty()).c_str(), take_line);
   if (block_ && !pending.empty()) {
@@ -158,7 +160,7 @@ Line ReadlineReader::read(const std::string& pending) {
 
 /// Readline calls this with a finished line, or with null at the end of the input.
 void ReadlineReader::take_line(char* text) {
-  rl_callback_handler_remove();  // the terminal is as usual while we compute
+  rl_callback_handler_remove();  // restores the normal mode of the terminal during the computation
   active_->line_ = {text ? Line::Kind::text : Line::Kind::end, text ? text : ""};
   active_->done_ = true;
   std::free(text);
@@ -189,10 +191,10 @@ void ReadlineReader::on_signal(int signal) {
 }
 
 void ReadlineReader::abandon() {
-  rl_callback_sigcleanup();  // leaves a search or a half-typed key sequence
+  rl_callback_sigcleanup();  // ends a search or an incomplete key sequence
   rl_free_line_state();
-  rl_point = rl_end;  // so that the new prompt begins below a line that takes several rows
-  done_ = true;       // no suggestion behind what is given up
+  rl_point = rl_end;  // the new prompt must begin below a line of several rows
+  done_ = true;       // no suggestion after the abandoned entry
   rl_redisplay_function();
   std::fputs("^C\n", rl_outstream);
   rl_callback_handler_remove();
@@ -206,14 +208,14 @@ void ReadlineReader::remember(const std::string& entry) {
   append_history(path_, entry);
 }
 
-// ── what is seen ───────────────────────────────────────────────────────────────────────────────────────────
+// ── display ────────────────────────────────────────────────────────────────────────────────────────────────
 
 void ReadlineReader::write(const std::string& bytes) const {
   std::fwrite(bytes.data(), 1, bytes.size(), rl_outstream);
   std::fflush(rl_outstream);
 }
 
-/// The newest entry of the history that begins with what was typed: what follows there.
+/// The rest of the newest history entry that begins with the text typed so far.
 std::string ReadlineReader::suggestion() const {
   if (!colour_ || done_ || rl_point != rl_end || rl_end == 0 || rl_readline_state & RL_STATE_ISEARCH)
     return "";
@@ -231,7 +233,7 @@ Entry ReadlineReader::entry() const {
   entry.text = typed();
   entry.cursor = static_cast<std::size_t>(rl_point);
   entry.prompt =
-      rl_display_prompt ? std::string_view(rl_display_prompt) : first_prompt;  // or that of a search
+      rl_display_prompt ? std::string_view(rl_display_prompt) : first_prompt;  // or the prompt of a search
   entry.coloured = colour_;
   if (colour_)
     entry.styles = highlighted(entry.text, done_ ? entry.text.size() : entry.cursor, knowledge_.kind);
@@ -248,7 +250,7 @@ void ReadlineReader::redraw() {
   self.write(self.view_.show(entry, columns, rows));
 }
 
-/// Leaves the entry on the screen and goes below it.
+/// Draws the finished entry and moves the cursor below it.
 void ReadlineReader::finish() {
   int rows, columns;
   rl_get_screen_size(&rows, &columns);
@@ -290,7 +292,7 @@ int ReadlineReader::line_end(int, int) {
   return 0;
 }
 
-/// Ctrl-D deletes; on the empty last line of an entry that is not complete it gives the entry up.
+/// Ctrl-D deletes a character; on the empty last line of an incomplete entry it abandons the entry.
 int ReadlineReader::delete_or_give_up(int count, int key) {
   const auto line = typed().substr(static_cast<std::size_t>(begin_of_line(rl_end)));
   const bool waits = rl_point == rl_end && line.size() < typed().size();
@@ -305,17 +307,17 @@ int ReadlineReader::delete_or_give_up(int count, int key) {
 
 // ── completion ─────────────────────────────────────────────────────────────────────────────────────────────
 
-/// On a continuation line, Tab before the first word indents; elsewhere it completes.
+/// Tab before the first word of a continuation line indents; elsewhere it completes.
 int ReadlineReader::tab(int count, int key) {
   const auto before = before_cursor();
   const auto line = before.substr(before.rfind('\n') + 1);
   const bool continued = !active_->pending_.empty() || line.size() < before.size();
   if (continued && line.find_first_not_of(' ') == std::string_view::npos) return rl_insert_text("  "), 0;
-  if (rl_last_func == tab) rl_last_func = rl_complete;  // a second Tab lists the possibilities
+  if (rl_last_func == tab) rl_last_func = rl_complete;  // makes a second Tab list the possibilities
   return rl_complete(count, key);
 }
 
-/// Called before the word is cut out of the line: inside quotes it reaches back to the quote.
+/// Readline calls this before it determines the word to complete; inside quotes the word begins at the quote.
 char* ReadlineReader::word_breaks() {
   static char in_code[] = " \t\n\"\\'`@$><=;|&{}()[],+-*/%^~#!?.:";
   static char in_string[] = "\"'";
@@ -334,7 +336,7 @@ char** ReadlineReader::attempt(const char* text, int, int end) {
   return rl_completion_matches(text, rl_filename_completion_function);
 }
 
-/// Readline asks until it gets null, and frees what it got.
+/// Readline calls this until it returns null, and frees the results.
 char* ReadlineReader::next_word(const char*, int state) {
   static std::size_t next = 0;
   if (state == 0) next = 0;
@@ -342,13 +344,13 @@ char* ReadlineReader::next_word(const char*, int state) {
   return next < words.size() ? strdup(words[next++].c_str()) : nullptr;
 }
 
-/// matches[1 … count]; matches[0] is what they have in common.
+/// matches[1 … count] are the words; matches[0] is their common beginning.
 void ReadlineReader::list_words(char** matches, int count, int) {
   auto& self = *active_;
   int rows, columns;
   rl_get_screen_size(&rows, &columns);
   const std::vector<std::string> words(matches + 1, matches + 1 + count);
-  self.done_ = true;  // the suggestion would stand between
+  self.done_ = true;  // hides the suggestion, which would be drawn before the list
   self.finish();
   self.done_ = false;
   self.write(word_list(words, self.completions_.globals ? self.knowledge_.kind : NameLookup{},

@@ -24,7 +24,7 @@ extern "C" void note_signal(int signal) { arrived = signal; }
 
 extern "C" void on_interrupt(int) { request_interrupt(); }
 
-// Only async-signal-safe calls: time, write.
+// Only calls that are async-signal-safe: time, write.
 extern "C" void on_interrupt_again(int) {
   const int saved = errno;
   const std::time_t now = std::time(nullptr);
@@ -38,7 +38,7 @@ extern "C" void on_interrupt_again(int) {
   errno = saved;
 }
 
-/// Is the reading end of this descriptor gone?
+/// Is the reading end of the pipe closed?
 bool broken(int fd) {
   pollfd p{fd, 0, 0};
   return poll(&p, 1, 0) > 0 && (p.revents & POLLERR);
@@ -51,7 +51,7 @@ void remove_unfinished_files() {
 
 extern "C" void leave_broken_pipe(int signal) {
   const int saved = errno;
-  // Raised again with the default action, it ends the process as soon as this handler returns.
+  // Raised again with the default action, the signal ends the process when this handler returns.
   if (broken(STDOUT_FILENO) || broken(STDERR_FILENO)) {
     remove_unfinished_files();
     std::signal(signal, SIG_DFL);
@@ -62,11 +62,11 @@ extern "C" void leave_broken_pipe(int signal) {
 
 extern "C" void end_without_drafts(int signal) {
   remove_unfinished_files();
-  raise(signal);  // its action is the default one again
+  raise(signal);  // SA_RESETHAND has restored the default action
 }
 
-/// A recursion that does not ask how much of the stack is left has come to its end:
-/// there is none to go on with.
+/// For a recursion that does not check the stack left: when it exceeds the stack, the
+/// process cannot continue.
 extern "C" void end_without_stack(int signal, siginfo_t* info, void*) {
   if (is_beyond_stack(info->si_addr)) {
     constexpr char text[] =
@@ -76,7 +76,7 @@ extern "C" void end_without_stack(int signal, siginfo_t* info, void*) {
     remove_unfinished_files();
     _exit(1);
   }
-  raise(signal);  // its action is the default one again
+  raise(signal);  // SA_RESETHAND has restored the default action
 }
 
 /// Without SA_RESTART: a script that waits for input must notice Ctrl-C too.
@@ -90,7 +90,7 @@ void handle(int signal, void (*handler)(int), int flags = 0) {
 
 }  // namespace
 
-/// What ends the process from outside does so, but leaves no half-written file.
+/// SIGTERM and SIGHUP still end the process, but first remove incomplete files.
 static void catch_end() {
   for (int signal : {SIGTERM, SIGHUP}) {
     struct sigaction before {};
@@ -108,7 +108,7 @@ void catch_interrupt_in_session() {
   handle(SIGINT, on_interrupt_again);
 }
 void catch_exhausted_stack() {
-#ifndef __SANITIZE_ADDRESS__  // which reports it itself
+#ifndef __SANITIZE_ADDRESS__  // AddressSanitizer reports the overflow itself
   alignas(16) static std::array<char, 64 * 1024> memory;
   const stack_t stack{memory.data(), 0, memory.size()};
   struct sigaction action = {};
@@ -128,7 +128,7 @@ PromptSignals::PromptSignals() {
   pthread_sigmask(SIG_BLOCK, &blocked, &before_);
   for (std::size_t i = 0; i < count_; ++i) {
     sigaction(prompt_signals[i], nullptr, &actions_[i]);
-    // Who was started with a signal ignored (nohup) keeps ignoring it.
+    // A signal ignored at the start of the program (nohup) stays ignored.
     if (actions_[i].sa_handler != SIG_IGN || prompt_signals[i] == SIGINT)
       handle(prompt_signals[i], note_signal);
   }
@@ -144,13 +144,14 @@ int PromptSignals::wait(int fd) const {
   pollfd input{fd, POLLIN, 0};
   sigset_t open = before_;
   for (int signal : prompt_signals) sigdelset(&open, signal);
-  // A signal goes before input: Ctrl-C has emptied the terminal's queue, so what stands there now was typed
+  // Signals first: Ctrl-C flushes the input queue of the terminal, so input that is available now was typed
   // after it. ppoll alone would report the input and leave the signal pending.
   const timespec at_once{0, 0};
   if (ppoll(nullptr, 0, &at_once, &open) < 0 && errno == EINTR) return arrived;
   const bool terminal = isatty(fd);
   if (ppoll(&input, 1, nullptr, &open) < 0 && errno == EINTR) return arrived;
-  // A terminal that goes away ends the input a moment before SIGHUP: that is no Ctrl-D of the user.
+  // A terminal that is closed reports the end of input shortly before SIGHUP; without the wait that would be
+  // taken for Ctrl-D.
   const timespec soon{0, 100'000'000};
   if (terminal && (input.revents & POLLHUP) && ppoll(nullptr, 0, &soon, &open) < 0 && errno == EINTR)
     return arrived;
@@ -165,7 +166,7 @@ void default_action(int signal) {
   sigemptyset(&only);
   sigaddset(&only, signal);
   raise(signal);
-  pthread_sigmask(SIG_UNBLOCK, &only, &saved);  // here it takes effect
+  pthread_sigmask(SIG_UNBLOCK, &only, &saved);  // the signal is delivered here
   pthread_sigmask(SIG_SETMASK, &saved, nullptr);
   sigaction(signal, &before, nullptr);
 }

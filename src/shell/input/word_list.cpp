@@ -9,14 +9,14 @@
 namespace pendula::shell {
 namespace {
 
-/// What stands behind the last slash that is not the last character: of a file, its name in its folder.
+/// The part after the last slash that is not the last character: for a file, its name in its folder.
 std::string without_folder(const std::string& word) {
   if (word.size() < 2) return word;
   const auto slash = word.rfind('/', word.size() - 2);
   return slash == word.npos ? word : word.substr(slash + 1);
 }
 
-/// Down the columns, as narrow as their words.
+/// Column by column, each as wide as the longest word.
 std::vector<std::string> in_columns(const std::vector<std::string>& words, int columns) {
   int widest = 0;
   for (const auto& word : words) widest = std::max(widest, display_width(word));

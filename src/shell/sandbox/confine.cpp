@@ -33,8 +33,7 @@ void set_limit(__rlimit_resource resource, rlim_t value) {
   setrlimit(resource, &limit);
 }
 
-// The header of Debian 12 ends with version 2 of the interface; the numbers are part
-// of the kernel's interface.
+// The header of Debian 12 ends with version 2 of the interface; the numbers are part of the kernel's ABI.
 struct Ruleset {
   std::uint64_t files, network, scope;
 };
@@ -68,7 +67,7 @@ void restrict_files(const Limits& limits) {
   const int set = static_cast<int>(syscall(SYS_landlock_create_ruleset, &rules, size, 0));
   if (set < 0) no_wall("Landlock");
   if (!limits.folder.empty()) {
-    // The working folder is the folder that was asked for.
+    // The process has already changed to the folder given by the user.
     landlock_path_beneath_attr rule{};
     rule.allowed_access = folder_rights(version, limits.writable);
     rule.parent_fd = open(".", O_PATH | O_CLOEXEC);
@@ -92,20 +91,21 @@ void limit_process(const Limits& limits, int report) {
   if (close_range(4, ~0U, 0) != 0) no_wall("descriptors");
   clearenv();
   umask(077);
-  tzset();  // os.date: the zone is read while it can be
+  tzset();  // for os.date: reads the time zone while the file is accessible
   const std::string folder = limits.folder.empty() ? "/" : limits.folder;
   if (chdir(folder.c_str()) != 0)
     throw Error(text("the folder '", limits.folder, "' cannot be entered: ", std::strerror(errno)));
-  set_limit(RLIMIT_CPU, static_cast<rlim_t>(std::ceil(limits.seconds)) + 1);  // the parent is more exact
+  // a second more than the limit, which the parent enforces more exactly
+  set_limit(RLIMIT_CPU, static_cast<rlim_t>(std::ceil(limits.seconds)) + 1);
   set_limit(RLIMIT_CORE, 0);
   set_limit(RLIMIT_FSIZE, largest_file);
   set_limit(RLIMIT_NOFILE, 64);
   set_limit(RLIMIT_MEMLOCK, 0);
 #ifndef __SANITIZE_ADDRESS__
   set_limit(RLIMIT_DATA, limits.memory);
-  set_limit(RLIMIT_AS, limits.memory + 1024 * MiB);  // libraries and shared memory on top of the data
+  set_limit(RLIMIT_AS, limits.memory + 1024 * MiB);  // libraries and shared memory in addition to the data
 #endif
-  signal(SIGXFSZ, SIG_IGN);  // the write fails instead, with "File too large"
+  signal(SIGXFSZ, SIG_IGN);  // the write then fails with "File too large"
   signal(SIGPIPE, SIG_IGN);
 }
 

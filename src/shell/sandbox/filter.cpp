@@ -27,7 +27,7 @@
 namespace pendula::shell::sandbox {
 namespace {
 
-/// Memory, time, files that Landlock lets be opened, and the end of the process.
+/// Memory, time, opening files as far as Landlock allows, and the end of the process.
 constexpr int allowed[] = {
     SYS_read,
     SYS_write,
@@ -106,8 +106,8 @@ constexpr int allowed[] = {
     SYS_fadvise64,
 };
 
-/// Answered with "not permitted" without a word to the parent: the program asks on its own account. A sweep
-/// looks for processors and worker processes, and does without.
+/// Calls that fail with EPERM without a report to the parent because Pendula itself makes them: a sweep looks
+/// for processors and starts worker processes, and manages without either.
 constexpr int refused_silently[] = {SYS_sched_getaffinity,
                                     SYS_sched_setaffinity,
                                     SYS_prctl,
@@ -150,7 +150,7 @@ constexpr Name names[] = {
 
 class Program {
  public:
-  /// The lower half of argument `i` decides; its upper half is not looked at.
+  /// Allows the call if the lower half of argument `i` has this value; the upper half is ignored.
   void allow_if(int call, int i, std::uint32_t value) {
     add(BPF_JMP | BPF_JEQ | BPF_K, static_cast<std::uint32_t>(call), 0, 4);
     add(BPF_LD | BPF_W | BPF_ABS, argument(i));
@@ -158,7 +158,7 @@ class Program {
     add(BPF_RET | BPF_K, SECCOMP_RET_ALLOW);
     add(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr));
   }
-  /// Both halves of argument `i` are zero: a null pointer.
+  /// Allows the call if both halves of argument `i` are zero: a null pointer.
   void allow_if_null(int call, int i) {
     add(BPF_JMP | BPF_JEQ | BPF_K, static_cast<std::uint32_t>(call), 0, 6);
     add(BPF_LD | BPF_W | BPF_ABS, argument(i));
@@ -193,7 +193,7 @@ class Program {
 
 int report_descriptor = -1;
 
-/// Only async-signal-safe calls. The refused call returns -EPERM.
+/// Reports the refused call and makes it return -EPERM. Only calls that are async-signal-safe.
 extern "C" void refuse(int, siginfo_t* info, void* context) {
   const int saved = errno;
   std::array<char, 9> frame{'S', 4, 0, 0, 0};
@@ -224,8 +224,8 @@ void restrict_calls(int report) {
   for (int call : allowed) program.answer(call, SECCOMP_RET_ALLOW);
   for (int call : refused_silently) program.answer(call, SECCOMP_RET_ERRNO | EPERM);
   for (std::uint32_t request : {TCGETS, TIOCGWINSZ}) program.allow_if(SYS_ioctl, 1, request);
-  program.allow_if_null(SYS_prlimit64, 2);                                // only to ask
-  program.allow_if(SYS_tgkill, 0, static_cast<std::uint32_t>(getpid()));  // abort()
+  program.allow_if_null(SYS_prlimit64, 2);                                // only to read a limit
+  program.allow_if(SYS_tgkill, 0, static_cast<std::uint32_t>(getpid()));  // for abort()
   program.otherwise(SECCOMP_RET_TRAP);
   const sock_fprog filter{static_cast<unsigned short>(program.code().size()), program.code().data()};
   if (prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter) != 0)

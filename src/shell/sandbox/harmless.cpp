@@ -28,7 +28,7 @@ std::string spelled(const char* format, unsigned code) {
   return words;
 }
 
-/// How many bytes the character that begins with this one has, if it is one.
+/// Length of the UTF-8 sequence that begins with this byte, 1 if the byte begins none.
 std::size_t announced(char first) {
   const auto byte = static_cast<unsigned char>(first);
   return byte < 0xC2 ? 1 : byte < 0xE0 ? 2 : byte < 0xF0 ? 3 : byte < 0xF5 ? 4 : 1;
@@ -42,7 +42,7 @@ std::string Harmless::operator()(std::string_view piece) {
   std::string_view left = kept_;
   while (!left.empty()) {
     const std::size_t length = utf8_sequence(left);
-    if (length == 0 && left.size() < announced(left[0])) break;  // the rest may come
+    if (length == 0 && left.size() < announced(left[0])) break;  // incomplete: the rest may follow
     if (length == 0) {
       out += spelled("\\x%02X", static_cast<unsigned char>(left[0]));
     } else if (const unsigned code = code_of(left.substr(0, length)); is_obeyed(code)) {

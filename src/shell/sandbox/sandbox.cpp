@@ -29,13 +29,14 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double clock_share = 4;    ///< time by the clock over processor time
-constexpr double start_seconds = 2;  ///< by the clock, on a loaded machine
+constexpr double clock_share = 4;    ///< limit on elapsed time over limit on processor time
+constexpr double start_seconds = 2;  ///< elapsed time allowed for the start on a loaded machine
 constexpr std::size_t longest_report = std::size_t{64} << 20;
 constexpr int report_in_child = 3;
 
-/// A connection that a path cannot reach. CAUTION: no pipe: /proc/self/fd/3 opens a pipe once more, which
-/// Landlock does not refuse, and a script could write its own report; a socket it does not open.
+/// A connection that cannot be opened through a path. CAUTION: not a pipe: Landlock does not prevent a
+/// script from opening /proc/self/fd/3 again, which would let it write its own report. Sockets cannot be
+/// opened like this.
 class Pipe {
  public:
   Pipe() {
@@ -69,7 +70,7 @@ bool write_all(int descriptor, const char* bytes, std::size_t size) {
 
 // ── the child ──
 
-/// Never returns. The exit status is 0 for finished, 1 for failed, 2 where the walls could not be built.
+/// Never returns. Exit status: 0 finished, 1 failed, 2 the sandbox could not be set up.
 [[noreturn]] void be_child(const Limits& limits, const Prepare& prepare, const Pipe& out, const Pipe& err,
                            int report) {
   int status = 1;
@@ -96,7 +97,7 @@ bool write_all(int descriptor, const char* bytes, std::size_t size) {
 
 // ── the parent ──
 
-/// Processor time of a process that was not waited for yet.
+/// Processor time of a process that has not been reaped yet.
 double processor_time(pid_t pid) {
   clockid_t clock{};
   timespec time{};
@@ -114,7 +115,7 @@ class Watch {
   Watch(const Limits& limits, const Print& print, pid_t pid, Pipe& out, Pipe& err, Pipe& report)
       : limits_(limits), print_(print), pid_(pid), open_{out.reading(), err.reading(), report.reading()} {}
 
-  /// Until the child has closed its ends, by itself or killed.
+  /// Reads until the child has closed its ends, by itself or because it was killed.
   void follow() {
     while (open_[0] >= 0 || open_[1] >= 0 || open_[2] >= 0) {
       std::array<pollfd, 3> waiting{};
