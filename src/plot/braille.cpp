@@ -243,7 +243,7 @@ std::string draw_flat(const Figure& figure, const Terminal& terminal) {
   const int columns = terminal.columns;
   const int notes = static_cast<int>(note_lines(figure, columns).size());
   f.rows = std::clamp(terminal.rows - 8 - notes, 6, std::max(10, columns * 9 / 40));
-  // The y numbers decide the left margin; for an equal figure
+  // The y numbers determine the left margin; for an equal figure
   // the frame, and with it the ticks, may still shrink.
   Ticks y_ticks, right_ticks;
   int right_width = 0;

@@ -261,8 +261,8 @@ ConsistentPointRanks ConsistentPointRank::ranks(int wanted, int seeds) const {
     if (wanted == 1 && result.most == size_ && result.points > result.slow) break;
   }
   if (!staged_first) take_staged();
-  // Where the gradient of C³ vanishes, few iterations end early, and those end beside the solutions, where
-  // the rank differs.
+  // Where the gradient of C³ vanishes, few iterations end early, and those end near a solution rather than
+  // at one, where the rank differs.
   constexpr int few = 5;
   if (result.slow >= few * result.points) result = {.slow = result.slow};
   if (result.points + result.slow == 0) {

@@ -126,7 +126,7 @@ Interval root(Interval r, double n, Interval now) {
 }
 
 // Number of rows up to which unbounded intervals are split. That seldom helps and takes 15 times as long; the
-// limit is that of models whose index the derivative array decides.
+// limit is that of models whose index is determined from the derivative array.
 constexpr std::size_t few = 12;
 
 class Propagation {

@@ -85,9 +85,9 @@ std::vector<Index> pivots(Mat N, const std::vector<Index>& candidates) {
   return chosen;
 }
 
-/// Scales down the columns of fixed unknowns that hide the other entries of a row: a stiff spring held at
-/// 0 hides what the row says about accelerations. The rank does not change. Skipped if the other entries
-/// are rounding errors.
+/// Scales down the columns of fixed unknowns that hide the other entries of a row: the column of a stiff
+/// spring whose deflection is fixed at 0 hides the entries of accelerations in the row. The rank does not
+/// change. Skipped if the other entries are rounding errors.
 void uncover(const StartSystem& s, Mat& J) {
   constexpr double noise = 1e-14;
   const std::vector<char> fixed = s.fixed();

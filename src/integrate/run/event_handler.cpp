@@ -343,7 +343,7 @@ void EventHandler::restart(const Point& point, const Point& before, const EventF
   if (follows) follow_sensitivities(before, hit, slope);
 }
 
-/// Restarts at the end of the run. If no solution continues behind the border, the values before it are kept.
+/// Restarts at the end of the run. If no solution exists beyond the border, the values before it are kept.
 bool EventHandler::arrives(const Point& point, const Point& before, const EventFinder::Hit& hit) {
   try {
     restart(point, before, hit);

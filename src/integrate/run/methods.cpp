@@ -278,7 +278,7 @@ bool is_diffusion(Problem& problem, const Rates& rates, const Point& at) {
 /// The implicit method with the least work on a large model over an interval of usual difficulty. BDF, with
 /// few factorisations, all of them real, competes for few digits only, since its errors are somewhat larger.
 /// Rosenbrock methods compete for loose tolerances: from 10⁻⁵ on rodas4 takes up to eight times as many steps
-/// as Radau IIA, most of them behind fronts.
+/// as Radau IIA, most of them after fronts.
 Rival cheapest_implicit(const Problem& problem, const Method& method, const Plan& plan,
                         const StepWork& work) {
   constexpr double few_digits = 5e-5, loose = 2e-5;

@@ -47,7 +47,7 @@ bool PulseWatch::is_due(const std::vector<double>& scale) const {
 
 double PulseWatch::look(const Step& step, const Equations& equations) {
   constexpr double share = 0.1, part = 1e-3, visible = 100;
-  constexpr double unknown = 2;  // no solution of the equations there; asks for a somewhat shorter step
+  constexpr double unknown = 2;  // no solution of the equations there; requests a somewhat shorter step
   Vec xdot(n_), z(static_cast<Eigen::Index>(in_step_.size()));
   missed_.setZero();
   double begin = 0, worst = 0;

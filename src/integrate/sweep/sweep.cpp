@@ -17,7 +17,7 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t head = store::Record::head;
-constexpr double most_kept = 2e7;  ///< numbers kept without being asked for: 160 MB
+constexpr double most_kept = 2e7;  ///< numbers kept by default: 160 MB
 constexpr int usual_times = 101;
 
 bool stopped_by_event(const Solution& solution) {

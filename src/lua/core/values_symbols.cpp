@@ -373,7 +373,7 @@ std::vector<Expr> column_on_top(lua_State* L) {
   return components;
 }
 
-/// A column keeps its declared name: var("q", 6) is q in whatever variable it is stored.
+/// A column keeps its declared name: var("q", 6) is q, whichever variable contains it.
 bool declared(const std::vector<Expr>& components) {
   const Symbol& first = symbol_of(components[0]);
   return !first.vector.empty() && vector_components(first.vector) == components;

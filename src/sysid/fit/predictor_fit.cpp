@@ -80,7 +80,7 @@ class Recursion {
           if (s >= begin) slope.col(t) += out[n + 1 + j] * slope.col(s);
         }
         // Usable rows must not depend on θ, or the sum would be smallest with the fewest rows; for nonlinear
-        // predictors the data decide.
+        // predictors only the data determine them.
         const bool usable =
             p_.recursive || (p_.linear ? std::isfinite(all[t]) : known(in.data() + n, p_.terms.size()));
         if (std::isfinite(d_.y(t, 0)) && usable) rows.push_back(t);

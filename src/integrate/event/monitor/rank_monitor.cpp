@@ -40,7 +40,7 @@ struct RankMonitor::Part {
     return other && (!stop || other->t < stop->t) ? other : stop;
   }
 
-  /// Steps until the next look, at so many operations in a step.
+  /// Number of steps until the next test, for steps of so many operations.
   long wait(double operations) {
     const auto affordable = [&](double cost) {
       return static_cast<long>(std::min(cost / (share_of_time * operations), 1000.0)) + 1;

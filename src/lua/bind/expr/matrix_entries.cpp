@@ -128,7 +128,7 @@ int next_in_list(lua_State* L) {
   return lua_geti(L, 1, i) == LUA_TNIL ? 1 : 2;
 }
 
-/// The iterator of counted values (constraints, runs, …), whose index behind the last entry is an error
+/// The iterator of counted values (constraints, runs, …), for which an index after the last entry is an error
 /// instead of nil.
 int next_counted(lua_State* L) {
   const lua_Integer i = lua_tointeger(L, 2) + 1;
