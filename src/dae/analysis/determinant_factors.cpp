@@ -298,12 +298,12 @@ namespace {
 std::vector<Expr> roots_in(Expr p, Expr factor) {
   const auto at_zero = [&](Expr e) { return simplify(substitute(e, {{p, Expr(0)}})); };
   const auto contains = [&](Expr e) { return !simplify(partial(e, p)).is_zero(); };
-  const Expr d = at_zero(factor), slope = simplify(partial(factor, p));
+  const Expr slope = simplify(partial(factor, p));
   if (slope.is_zero()) return {};
-  if (!contains(slope)) return {simplify(-d / slope)};
+  if (!contains(slope)) return {simplify(-at_zero(factor) / slope)};
   const Expr c = simplify(partial(slope, p) / Expr(2));
   if (contains(c) || !at_zero(slope).is_zero()) return {};
-  const Expr square = simplify(-d / c);
+  const Expr square = simplify(-at_zero(factor) / c);
   if (square.is_constant() && constant_value(square) < 0) return {};
   const Expr root = simplify(sqrt(square));
   return {root, simplify(-root)};

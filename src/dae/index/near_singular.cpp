@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/index/array_index.hpp"
 #include "dae/model/parameter_values.hpp"
@@ -49,6 +50,17 @@ std::vector<Expr> rounding_sized(Expr residual) {
   return small;
 }
 
+/// An equation with 0 in the place of constants; nothing if it has no value then, as 1/c.
+std::optional<Expr> with_zeros(Expr residual, const std::vector<Expr>& constants) {
+  Substitution zero;
+  for (Expr c : constants) zero[c] = Expr(0);
+  try {
+    return substitute(residual, zero);
+  } catch (const Error&) {
+    return {};
+  }
+}
+
 /// Sizes of unknowns determined without the smallest constants. In nanometres, 10⁻¹⁸ is an area.
 class SizesWithout {
  public:
@@ -88,9 +100,9 @@ std::optional<std::string> note_on_rounding(const Model& m, const std::string& h
   const std::vector<Expr> given = other.residuals;
   std::vector<std::vector<Expr>> small;
   const auto put_zeros = [&](std::size_t i) {
-    Substitution zero;
-    for (Expr c : small[i]) zero[c] = Expr(0);
-    other.residuals[i] = zero.empty() ? given[i] : simplify(substitute(given[i], zero));
+    const auto e = with_zeros(given[i], small[i]);
+    if (!e) small[i].clear();
+    other.residuals[i] = e.value_or(given[i]);
   };
   for (std::size_t i = 0; i < given.size(); ++i) {
     small.push_back(rounding_sized(given[i]));
@@ -102,8 +114,9 @@ std::optional<std::string> note_on_rounding(const Model& m, const std::string& h
   const SizesWithout sizes(other.residuals);
   for (std::size_t i = 0; i < given.size(); ++i) {
     const auto is_seen = [&](Expr c) {
-      return !is_difference_of_roundings(constant_value(c)) &&
-             sizes.is_seen(given[i], substitute(given[i], {{c, Expr(0)}}), static_cast<Eigen::Index>(i));
+      if (is_difference_of_roundings(constant_value(c))) return false;
+      const auto after = with_zeros(given[i], {c});
+      return !after || sizes.is_seen(given[i], *after, static_cast<Eigen::Index>(i));
     };
     small[i].erase(std::remove_if(small[i].begin(), small[i].end(), is_seen), small[i].end());
     put_zeros(i);

@@ -1,5 +1,7 @@
 // E, A, B and f of a model, and the reason why a model has none.
 #include <algorithm>
+#include <cmath>
+#include <optional>
 #include <unordered_set>
 
 #include "base/error.hpp"
@@ -7,6 +9,7 @@
 #include "base/limits/stack.hpp"
 #include "base/text.hpp"
 #include "dae/pencil/pencil.hpp"
+#include "dae/rank/rank.hpp"
 #include "expr/generic/generic.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
@@ -123,22 +126,41 @@ class Extraction {
     return std::find(m_.inputs.begin(), m_.inputs.end(), base) != m_.inputs.end();
   }
 
+  /// A slope in its simplest form if that may be a constant. Long ones that no two points tell apart count as
+  /// not constant: simplifying equations of contact takes seconds, and no pencil is then asked for.
   Expr constant_of(Expr slope) const {
+    constexpr std::size_t longest = 500;  // nodes
     if (slope.is_constant()) return slope;
     if (rounded_) slope = substitute(slope, vanishing_parts({&slope, 1}, form_.values));
     const Expr c = substitute(slope, put_in_);
-    return c.is_constant() || (!explained_ && differs_between_points(c)) ? c : simplify(c);
+    if (c.is_constant() || (!explained_ && differs_between_points(c))) return c;
+    return !explained_ && topological({&c, 1}).size() > longest ? c : simplify(c);
   }
 
   /// Does c differ between two points? Simplifying the derivative of deeply nested functions would cost
   /// their depth squared.
   static bool differs_between_points(Expr c) {
-    if (!generic::decided_by_residues({&c, 1})) return false;
+    if (!generic::decided_by_residues({&c, 1})) return differs_visibly(c);
     const auto at = [&](std::uint64_t seed) {
       return generic::residues_at({&c, 1}, seed, generic::Pieces::drawn);
     };
     const auto here = at(1), there = at(2);
     return !here.empty() && !there.empty() && here[0].value != there[0].value;
+  }
+
+  /// In double precision, far above rounding.
+  static bool differs_visibly(Expr c) {
+    constexpr double visible = 1e-3;
+    constexpr int points = 8;  // some lie outside the domain of a root
+    std::optional<double> first;
+    for (int k = 0; k < points; ++k) {
+      const double value = pendula::evaluate(std::span(&c, 1), random_point({&c, 1}, k)).front();
+      if (!std::isfinite(value)) continue;
+      if (first && std::fabs(value - *first) > visible * std::max(std::fabs(value), std::fabs(*first)))
+        return true;
+      first = value;
+    }
+    return false;
   }
 
   int input_column(Expr leaf) {

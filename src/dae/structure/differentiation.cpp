@@ -14,6 +14,7 @@
 #include "expr/print/primes.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
+#include "expr/rewrite/tidied.hpp"
 
 namespace pendula::dae {
 
@@ -150,7 +151,7 @@ class Differentiation {
   /// The derivative of order k, from the one before it or by Taylor arithmetic.
   Expr next_derivative(Expr given, Expr before, int k) {
     return prefers_series(given, before, k) ? series_.derivative(given, k)
-                                            : simplify(substitute(total_derivative(before), known_));
+                                            : tidied(substitute(total_derivative(before), known_));
   }
 
   /// Scalar equations are described row by row; a column that reads as a vector, or a long one, as a whole.

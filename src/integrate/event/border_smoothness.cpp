@@ -129,16 +129,49 @@ bool BorderSmoothness::move_onto_border(Expr when, const Solvable& in, Values& v
   return false;
 }
 
+std::vector<BorderSmoothness::Solvable> BorderSmoothness::solvable_leaves(Expr when) const {
+  std::vector<Solvable> result;
+  for (Expr leaf : leaves({&when, 1}))
+    if (!known_.count(leaf) && !kind_.count(leaf) && symbol_of(leaf).kind != Kind::constant)
+      result.push_back({leaf, partial(when, leaf)});
+  return result;
+}
+
+bool BorderSmoothness::is_positive_around(Expr when, const std::vector<Mode>& own, Expr function) const {
+  constexpr double share = 0.1;  // of the leaf that is moved; of 1 where that is 0
+  const std::vector<Expr> inside = leaves(std::vector{function, when});
+  const std::vector<Solvable> solvable = solvable_leaves(when);
+  if (inside.size() > most_leaves || solvable.empty()) return false;
+  std::mt19937 random(1);  // the same points in every run
+  int seen = 0, far = 0;
+  for (int k = 0; k < 2 * attempts; ++k) {
+    const Solvable& in = solvable[random() % solvable.size()];
+    Values values = random_values(inside, random);
+    if (!move_onto_border(when, in, values)) continue;
+    const double border = values[in.leaf];
+    const double away = border == 0 ? aside : share * std::fabs(border);
+    for (const double side : {1.0, -1.0}) {
+      for (const Mode& mode : own) values[modes_[mode.number]] = mode.value(side);
+      const auto at = [&](double y) {
+        values[in.leaf] = y;
+        return evaluate({&function, 1}, values).front();
+      };
+      const double on = at(border);
+      if (!(on > 0)) continue;
+      ++seen;
+      far += std::max(std::fabs(at(border + away) - on), std::fabs(at(border - away) - on)) < on;
+    }
+  }
+  return seen >= points && 2 * far > seen;
+}
+
 Smoothness BorderSmoothness::operator()(Expr when, const std::vector<Mode>& own) const {
   const Difference difference_of = difference(own);
   std::vector<Expr> all = difference_of.outputs;
   all.push_back(when);
   const std::vector<Expr> inside = leaves(all);
   if (inside.size() > most_leaves) return Smoothness::open;
-  std::vector<Solvable> solvable;
-  for (Expr leaf : leaves({&when, 1}))
-    if (!known_.count(leaf) && !kind_.count(leaf) && symbol_of(leaf).kind != Kind::constant)
-      solvable.push_back({leaf, partial(when, leaf)});
+  const std::vector<Solvable> solvable = solvable_leaves(when);
   if (solvable.empty()) return Smoothness::open;
   std::mt19937 random(1);  // fixed seed: the same points in every run
   Smoothness result = Smoothness::smooth;

@@ -8,6 +8,7 @@
 #include "dae/model/first_order.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
+#include "integrate/problem/rhs_solver.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -82,12 +83,24 @@ void EventFinder::evaluate(const Point& point, double t, Sample& out) {
 void EventFinder::sample(Stepper& stepper, const StepView& step, double t, Detail detail, Sample& out) {
   if (t >= step.to.t) return evaluate(step.to, out);
   if (!wants_.solution) return evaluate(step.to, t, out);
+  if (detail == Detail::state && conditions_->needs_derivatives) detail = Detail::full;
+  const bool exact = interpolate(stepper, step, t, detail);
+  evaluate(point_, out);
+  out.exact = exact;
+}
+
+/// The solution inside a step, as point_. False if it is coarse: as asked for, or where the equations have no
+/// value, as sin(s)/s on a border s = 0.
+bool EventFinder::interpolate(Stepper& stepper, const StepView& step, double t, Detail detail) {
   point_.xdot = step.to.xdot;
   point_.z = step.to.z;
-  if (detail == Detail::state && conditions_->needs_derivatives) detail = Detail::full;
-  stepper.interpolate(step, t, detail, point_);
-  evaluate(point_, out);
-  out.exact = detail != Detail::coarse;
+  if (detail != Detail::coarse) try {
+      stepper.interpolate(step, t, detail, point_);
+      return true;
+    } catch (const UndefinedEquations&) {
+    }
+  stepper.interpolate(step, t, Detail::coarse, point_);
+  return false;
 }
 
 /// Finite differences along the step for dg/dt of the conditions that contain x′ or z. Their g is evaluated,
@@ -97,10 +110,8 @@ void EventFinder::measure_slopes(Stepper& stepper, const StepView& step, double 
   const double at = std::min(t, step.to.t - apart / 2);
   const double beside = at - apart < step.from.t ? at + apart : at - apart;
   const auto conditions = [&](double time) {
-    point_.xdot = step.to.xdot;
-    point_.z = step.to.z;
     try {
-      stepper.interpolate(step, time, Detail::full, point_);
+      interpolate(stepper, step, time, Detail::full);
     } catch (const Failure&) {  // the equations are singular there; later steps will report it
       stepper.interpolate(step, time, Detail::coarse, point_);
     }

@@ -32,6 +32,7 @@ struct Event {
   std::size_t surface_number = 0;
   Smoothness smoothness = Smoothness::open;
   std::vector<Mode> modes;  ///< of the surface
+  bool is_edge = false;     ///< of the domain of a function: the surface
   int leaves = -1;    ///< not the user's: where the solution leaves this surface, along which it slides,
   int leaves_to = 0;  ///< to this side
   std::vector<Expr> tangent;                     ///< d when/dp for the parameters of the sensitivities
@@ -145,6 +146,7 @@ class EventFinder {
   void evaluate(const Point& point, Sample& out) { evaluate(point, point.t, out); }
   void evaluate(const Point& point, double t, Sample& out);
   void count_wanted();
+  bool interpolate(Stepper& stepper, const StepView& step, double t, Detail detail);
   void sample(Stepper& stepper, const StepView& step, double t, Detail detail, Sample& out);
   void look(Stepper& stepper, const StepView& step, double t, Sample& out);
   void measure_slopes(Stepper& stepper, const StepView& step, double t, Sample& out);

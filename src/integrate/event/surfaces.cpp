@@ -33,23 +33,50 @@ bool never_negative(Expr e) {
   return (e.op() == Op::add || e.op() == Op::mul) && std::all_of(parts.begin(), parts.end(), never_negative);
 }
 
-/// Operations with a one-sided domain, which a frozen branch may leave.
-bool may_leave_domain(Expr node) {
+/// What must be positive where a function is defined on one side only; a constant where it is defined
+/// everywhere.
+Expr edge_of_domain(Expr node) {
+  if (node.is_constant() || node.is_symbol() || node.operands().empty()) return {};
+  const Expr a = node.operand(0);
   switch (node.op()) {
     case Op::sqrt:
-      return !never_negative(node.operand(0));
+      return never_negative(a) ? Expr() : a;
     case Op::log:
+      return a;
     case Op::asin:
     case Op::acos:
-    case Op::acosh:
     case Op::atanh:
-      return !node.operand(0).is_constant();
+      return 1 - a * a;
+    case Op::acosh:
+      return a - 1;
     case Op::pow: {
       const mpq_class* n = exact_value(node.operand(1));
-      return (!n || n->get_den() != 1) && !never_negative(node.operand(0));
+      return (n && n->get_den() == 1) || never_negative(a) ? Expr() : a;
     }
     default:
-      return false;
+      return {};
+  }
+}
+
+/// A function as it is written, and the value that it has at the edge of its domain beyond that; a constant
+/// if it has none: log x at x = 0.
+Expr within_domain(Expr node) {
+  const Expr a = node.operand(0);
+  switch (node.op()) {
+    case Op::sqrt:
+      return sqrt(max(a, 0));
+    case Op::asin:
+      return asin(min(max(a, -1), 1));
+    case Op::acos:
+      return acos(min(max(a, -1), 1));
+    case Op::acosh:
+      return acosh(max(a, 1));
+    case Op::pow: {
+      const Expr n = node.operand(1);
+      return n.is_constant() && constant_value(n) > 0 ? pow(max(a, 0), n) : Expr();
+    }
+    default:
+      return {};
   }
 }
 
@@ -132,17 +159,31 @@ PiecewiseForm::PiecewiseForm(dae::FirstOrder form, std::span<const double> value
   number_modes(std::vector<char>(surfaces_.size(), 1));
   const Substitution all = frozen(std::vector<Treatment>(surfaces_.size(), Treatment::frozen));
   const BorderSmoothness smoothness(substitute(form_.F, all), modes_, surfaces_, form_.p, values);
-  const std::vector<char> freeze = may_be_frozen(substitute(equations, all));
+  const std::vector<std::vector<Limited>> limited = limited_functions(nodes, all);
+  std::vector<char> freeze(surfaces_.size(), 1);
   for (std::size_t k = 0; k < surfaces_.size(); ++k) {
     Surface& surface = surfaces_[k];
     if (surface.modes.empty()) continue;
-    surface.smoothness = smoothness(substitute(surface.when, all), surface.modes);
+    const Expr when = substitute(surface.when, all);
+    surface.smoothness = smoothness(when, surface.modes);
+    for (const Limited& one : limited[k]) {
+      if (smoothness.is_positive_around(when, surface.modes, edge_of_domain(substitute(one.node, all))))
+        continue;
+      surface.is_edge = true;
+      if (surface.smoothness == Smoothness::open && !within_domain(one.node).is_constant())
+        limited_.push_back(one);
+      else
+        freeze[k] = 0;
+    }
   }
+  std::sort(limited_.begin(), limited_.end(),
+            [](const Limited& a, const Limited& b) { return a.place < b.place; });
   number_modes(freeze);
 }
 
 void PiecewiseForm::find_branches(const std::vector<Expr>& nodes) {
-  for (Expr node : nodes) {
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    const Expr node = nodes[k];
     const Op op = node.op();
     if (const Expr bare = bare_border(node);
         !bare.is_constant() && (op == Op::atan2 || dae::sign_of(bare) == 0)) {
@@ -155,7 +196,7 @@ void PiecewiseForm::find_branches(const std::vector<Expr>& nodes) {
     if (when.is_constant()) continue;
     if (const int sign = dae::sign_of(when); sign != 0) {  // as in ||x|/2|, which at most touches 0
       if (op == Op::abs || op == Op::min || op == Op::max)
-        branches_.push_back({node, 0, {}, false, -1, sign});
+        branches_.push_back({node, k, 0, {}, false, -1, sign});
       continue;
     }
     const Mode::Kind kind = !two           ? Mode::Kind::sign
@@ -163,7 +204,7 @@ void PiecewiseForm::find_branches(const std::vector<Expr>& nodes) {
                                            : Mode::Kind::less;
     bool reversed = false;
     const std::size_t surface = surface_of(when, reversed);
-    branches_.push_back({node, surface, kind, reversed});
+    branches_.push_back({node, k, surface, kind, reversed});
   }
 }
 
@@ -208,35 +249,57 @@ void PiecewiseForm::number_modes(const std::vector<char>& frozen) {
 
 Substitution PiecewiseForm::frozen(const std::vector<Treatment>& treatment) const {
   Substitution replacements;
+  auto limited = limited_.begin();
   for (const Branch& branch : branches_) {
-    const Expr node = branch.node;
-    const auto inner = [&](int i) { return substitute(node.operand(i), replacements); };
-    if (branch.settled != 0) {
-      const bool positive = branch.settled > 0;
-      if (node.op() == Op::abs)
-        replacements[node] = positive ? inner(0) : -inner(0);
-      else
-        replacements[node] = inner(positive == (node.op() == Op::max) ? 0 : 1);
-      continue;
-    }
-    const Treatment treated = treatment[branch.surface];
-    if (treated == Treatment::thawed || (branch.mode < 0 && treated != Treatment::sliding)) continue;
-    const Expr mode = branch.mode < 0 ? *branch.combined : modes_[branch.mode];
-    switch (node.op()) {
-      case Op::abs:
-        replacements[node] = mode * inner(0);
-        break;
-      case Op::min:
-        replacements[node] = ifelse(mode, inner(0), inner(1));
-        break;
-      case Op::max:
-        replacements[node] = ifelse(mode, inner(1), inner(0));
-        break;
-      default:
-        replacements[node] = mode;
-    }
+    for (; limited != limited_.end() && limited->place < branch.place; ++limited)
+      keep_in_domain(*limited, treatment, replacements);
+    replace(branch, treatment, replacements);
   }
+  for (; limited != limited_.end(); ++limited) keep_in_domain(*limited, treatment, replacements);
   return replacements;
+}
+
+void PiecewiseForm::replace(const Branch& branch, const std::vector<Treatment>& treatment,
+                            Substitution& replacements) const {
+  const Expr node = branch.node;
+  const auto inner = [&](int i) { return substitute(node.operand(i), replacements); };
+  if (branch.settled != 0) {
+    const bool positive = branch.settled > 0;
+    if (node.op() == Op::abs)
+      replacements[node] = positive ? inner(0) : -inner(0);
+    else
+      replacements[node] = inner(positive == (node.op() == Op::max) ? 0 : 1);
+    return;
+  }
+  const Treatment treated = treatment[branch.surface];
+  if (treated == Treatment::thawed || (branch.mode < 0 && treated != Treatment::sliding)) return;
+  const Expr mode = branch.mode < 0 ? *branch.combined : modes_[branch.mode];
+  switch (node.op()) {
+    case Op::abs:
+      replacements[node] = mode * inner(0);
+      break;
+    case Op::min:
+      replacements[node] = ifelse(mode, inner(0), inner(1));
+      break;
+    case Op::max:
+      replacements[node] = ifelse(mode, inner(1), inner(0));
+      break;
+    default:
+      replacements[node] = mode;
+  }
+}
+
+/// A step across a border evaluates the branch that is held fixed behind it, too, √x of √max(0, x) at x < 0:
+/// there the function takes the value that it has at the edge of its domain.
+void PiecewiseForm::keep_in_domain(const Limited& one, const std::vector<Treatment>& treatment,
+                                   Substitution& replacements) const {
+  const Surface& surface = surfaces_[one.surface];
+  if (treatment[one.surface] == Treatment::thawed || surface.modes.empty()) return;
+  const Mode& mode = surface.modes.front();
+  const Expr value = modes_[mode.number], side = mode.kind == Mode::Kind::sign ? value : 1 - 2 * value;
+  const Expr when = substitute(surface.when, replacements);
+  replacements[one.node] = ifelse(lt((mode.reversed ? -side : side) * when, 0), within_domain(one.node),
+                                  substitute(one.node, replacements));
 }
 
 Substitution PiecewiseForm::modes_on(std::size_t surface, double side) const {
@@ -260,27 +323,47 @@ SlidingForm PiecewiseForm::form(const std::vector<Treatment>& treatment,
     if (treatment[k] != Treatment::sliding) continue;
     const Surface& surface = surfaces_[k];
     if (!slide_along(result, substitute(surface.when, replacements), modes_on(k, 1), modes_on(k, -1),
-                     surface.modes.empty(), at))
+                     surface.modes.empty() || surface.is_edge, at))
       throw Failure("no combination of both sides stays on " + to_text(surface.when) + " = 0");
   }
   return result;
 }
 
-/// For each surface: can no node that depends on its modes, by value or by selection, leave its domain?
-std::vector<char> PiecewiseForm::may_be_frozen(const std::vector<Expr>& equations) const {
-  std::vector<char> result(surfaces_.size(), 1);
-  std::unordered_map<Expr, std::size_t> surface_of_mode;
+/// For each surface: functions that are defined on one side of something only, and depend on its modes, by
+/// value or by being chosen. all: the modes of all branches in their place.
+std::vector<std::vector<PiecewiseForm::Limited>> PiecewiseForm::limited_functions(
+    const std::vector<Expr>& nodes, const Substitution& all) const {
+  std::vector<std::vector<Limited>> result(surfaces_.size());
+  std::unordered_map<Expr, std::size_t> surface_of_mode, place;
   for (std::size_t k = 0; k < surfaces_.size(); ++k)
     for (const Mode& mode : surfaces_[k].modes) surface_of_mode[modes_[mode.number]] = k;
-  const auto keep_live = [&](Expr e) {
-    for (Expr leaf : leaves({&e, 1}))
-      if (const auto at = surface_of_mode.find(leaf); at != surface_of_mode.end()) result[at->second] = 0;
+  for (Expr node : nodes) place.emplace(node, place.size());
+  const auto add = [&](Expr e, const std::vector<Expr>& functions) {
+    const Expr with_modes = substitute(e, all);
+    for (Expr leaf : leaves({&with_modes, 1}))
+      if (const auto at = surface_of_mode.find(leaf); at != surface_of_mode.end())
+        for (Expr function : functions)
+          result[at->second].push_back({function, at->second, place.at(function)});
   };
-  for (Expr node : topological(equations)) {
-    if (may_leave_domain(node)) keep_live(node);
-    if (node.op() != Op::ifelse) continue;
-    const std::vector<Expr> chosen = topological(std::vector{node.operand(1), node.operand(2)});
-    if (std::any_of(chosen.begin(), chosen.end(), may_leave_domain)) keep_live(node.operand(0));
+  const auto limited_in = [&](const std::vector<Expr>& list) {
+    std::vector<Expr> found;
+    for (Expr node : list)
+      if (!edge_of_domain(substitute(node, all)).is_constant()) found.push_back(node);
+    return found;
+  };
+  for (Expr node : nodes) {
+    if (const std::vector<Expr> own = limited_in({node}); !own.empty()) add(node, own);
+    const bool chooses = node.op() == Op::ifelse || node.op() == Op::min || node.op() == Op::max;
+    if (!chooses) continue;
+    const int first = node.op() == Op::ifelse ? 1 : 0;
+    add(node.op() == Op::ifelse ? node.operand(0) : node,
+        limited_in(topological(std::vector{node.operand(first), node.operand(first + 1)})));
+  }
+  for (std::vector<Limited>& list : result) {
+    std::sort(list.begin(), list.end(), [](const Limited& a, const Limited& b) { return a.place < b.place; });
+    list.erase(std::unique(list.begin(), list.end(),
+                           [](const Limited& a, const Limited& b) { return a.node == b.node; }),
+               list.end());
   }
   return result;
 }

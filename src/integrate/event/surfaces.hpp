@@ -18,9 +18,11 @@
 // Functions that switch without a branch (atan2, asin(sin u), acos(cos u), atan(tan u), √(v²)) are evaluated
 // as they are written, in steps that end on their borders.
 //
-// A branch is never frozen where a root or a logarithm could leave its domain behind the border. A run may
-// thaw borders on which the equations are continuous, where locating does not pay: they are evaluated as they
-// are written from then on, and the error control sees to the kinks.
+// Behind a border a frozen branch may have no value, √x of √max(0, x) at x < 0. Where the equations are
+// continuous there, it is not frozen; where they jump, the root has the value of its edge, 0, there.
+//
+// A run may thaw borders on which the equations are continuous, where locating does not pay: they are
+// evaluated as they are written from then on, and the error control sees to the kinks.
 //
 // see  Hairer, Nørsett & Wanner I, 2nd ed., §II.6, "Numerical treatment of discontinuities";
 //      docs/derivations.md#borders
@@ -62,6 +64,7 @@ struct Surface {
   Expr when;                ///< the surface is 0 = when
   std::vector<Mode> modes;  ///< none: its branch is not frozen
   Smoothness smoothness = Smoothness::open;
+  bool is_edge = false;  ///< of the domain of a function
 };
 
 /// A form whose piecewise nodes can be frozen, each surface for itself.
@@ -81,6 +84,7 @@ class PiecewiseForm {
  private:
   struct Branch {
     Expr node;
+    std::size_t place;  ///< among all nodes, operands first
     std::size_t surface;
     Mode::Kind kind;
     bool reversed;
@@ -88,16 +92,27 @@ class PiecewiseForm {
     int settled = 0;               ///< not 0: the sign that what it compares always has; it has no surface
     std::optional<Expr> combined;  ///< in its place where one that is never frozen slides
   };
+  /// A function that leaves its domain behind a border if the branches of that are held fixed.
+  struct Limited {
+    Expr node;
+    std::size_t surface, place;
+  };
   void find_branches(const std::vector<Expr>& nodes);
   std::size_t surface_of(Expr when, bool& reversed);
   void number_modes(const std::vector<char>& frozen);
   Substitution frozen(const std::vector<Treatment>& treatment) const;
+  void replace(const Branch& branch, const std::vector<Treatment>& treatment,
+               Substitution& replacements) const;
+  void keep_in_domain(const Limited& one, const std::vector<Treatment>& treatment,
+                      Substitution& replacements) const;
   Substitution modes_on(std::size_t surface, double side) const;
-  std::vector<char> may_be_frozen(const std::vector<Expr>& equations) const;
+  std::vector<std::vector<Limited>> limited_functions(const std::vector<Expr>& nodes,
+                                                      const Substitution& all) const;
 
   dae::FirstOrder form_;
   std::vector<Surface> surfaces_;
   std::vector<Branch> branches_;  ///< operands first
+  std::vector<Limited> limited_;  ///< operands first
   std::vector<Expr> modes_;
 };
 

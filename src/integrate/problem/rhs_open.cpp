@@ -52,6 +52,7 @@ bool RhsSolver::settle(Point& point) {
 void RhsSolver::require(double t, const double* x, double* xdot, double* z) {
   if (solve(t, x, xdot, z, false)) return;
   if (trouble_ == Trouble::singular) throw OpenEquations(reason());
+  if (trouble_ == Trouble::not_finite) throw UndefinedEquations(reason());
   throw Failure(reason());
 }
 

@@ -14,6 +14,12 @@ class OpenEquations : public Failure {
   using Failure::Failure;
 };
 
+/// The equations have no finite value at a point.
+class UndefinedEquations : public Failure {
+ public:
+  using Failure::Failure;
+};
+
 /// Solves F(t, x, x′, z) = 0 for (x′, z). An explicit ODE is one evaluation of f. Equations that are linear
 /// in (x′, z) take one factorisation of ∂F/∂(x′, z), one in all where that is constant; others Newton's
 /// iteration from the values given, with the factorisation kept while it contracts.

@@ -119,7 +119,7 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
   }
   // an unfrozen branch was evaluated beyond its border; the step must end at the border
   if (beyond && first_in_step_ && repeated_up_to(hit.t)) return true;
-  Point point = s.inside(surface && !frozen ? hit.before : hit.t, Detail::full);
+  Point point = point_of(hit, surface && !frozen);
   if (surface && s.stepper().is_doubtful() && first_in_step_ && repeated_shorter()) return true;
   if (is_contradictory(hit, point)) {
     if (s.finder.rests(hit, s.stepper(), s.view)) return false;
@@ -170,6 +170,21 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
   const bool ends_step = stop || changed || surface || at_end;
   if (!ends_step) s.finder.pass(hit, s.stepper(), s.view);
   return ends_step;
+}
+
+/// At the time of a hit, or just before it: on demand, and where the equations have no value on a border
+/// itself, sin(s)/s at s = 0; then so far before it that rounding does not hide it.
+Point EventHandler::point_of(const EventFinder::Hit& hit, bool before) {
+  constexpr int most = 6;
+  double back = before ? hit.t - hit.before : 0;
+  for (int k = 0; k < most; ++k) {
+    try {
+      return state_.inside(hit.t - back, Detail::full);
+    } catch (const UndefinedEquations&) {
+      back = back == 0 ? hit.t - hit.before : 4 * back;
+    }
+  }
+  return state_.inside(std::max(hit.t - back, state_.view.from.t), Detail::full);
 }
 
 std::vector<double> EventHandler::sides() const {

@@ -61,6 +61,7 @@ class EventHandler {
   bool repeated_up_to(double t);
   bool repeated(double dt);
   bool handle(const EventFinder::Hit& hit, RunOutcome& outcome);
+  Point point_of(const EventFinder::Hit& hit, bool before);
   bool drop_jumps(EventFinder::Hit& hit);
   const Event* terminating(const EventFinder::Hit& hit) const;
   bool end_before(const EventFinder::Hit& hit, const Event& event, RunOutcome& outcome);

@@ -35,7 +35,7 @@ void ModeTracker::begin(const Point& point, const Crossings& crossed) {
   if (point.t >= state_.end) state_.aim(point.t);
   begun_ = crossed;
   begun_at_ = point.t;
-  const double first = on_unfrozen_border(point, crossed) ? step_beside_root(point) : 0;
+  const double first = on_edge_of_domain(point, crossed) ? step_beside_root(point) : 0;
   if (first > 0) state_.stepper().suggest(first);
   if (state_.plan.modes == 0 && weights_.empty()) {
     state_.stepper().start(point, state_.end);
@@ -50,41 +50,6 @@ void ModeTracker::begin(const Point& point, const Crossings& crossed) {
         uniqueness_.at(derivative(), state_.stepper().here(), state_.plan.tolerances));
 }
 
-/// Is the point on the border of a branch that is never frozen, because a root depends on it?
-bool ModeTracker::on_unfrozen_border(const Point& point, const Crossings& crossed) {
-  const auto is_one = [](const Event& e) { return e.surface && e.modes.empty() && e.leaves < 0; };
-  if (std::none_of(events().begin(), events().end(), is_one)) return false;
-  state_.finder.start(point, crossed);
-  for (std::size_t i = 0; i < borders_.size(); ++i)
-    if (is_one(events()[i]) && state_.finder.is_on_border(i)) return true;
-  return false;
-}
-
-/// Step size after √|g| = 0, where error estimates have no order and those of high order miss the root. In
-/// such a step x′ changes x by a tolerance only; 0 if no limit is needed.
-double ModeTracker::step_beside_root(const Point& point) {
-  constexpr double longest = 1e-2;  // of the interval
-  constexpr int decades = 12;
-  Point here = point;
-  RhsSolver& derivative = this->derivative();
-  const auto solve = [&](Point& at) { return derivative(at.t, at.x.data(), at.xdot.data(), at.z.data()); };
-  if (!solve(here)) return 0;
-  const Tolerances& tolerances = state_.plan.tolerances;
-  double dt = longest * state_.interval();
-  for (int k = 0; k < decades; ++k, dt /= 10) {
-    Point ahead = here;
-    ahead.t += dt;
-    ahead.x += dt * here.xdot;
-    if (!solve(ahead)) continue;
-    double change = 0;
-    for (Eigen::Index i = 0; i < here.x.size(); ++i)
-      change = std::max(change, dt * std::fabs(ahead.xdot[i] - here.xdot[i]) /
-                                    (tolerances.atol[i] + tolerances.rtol[i] * std::fabs(here.x[i])));
-    if (change <= 1) return k == 0 ? 0 : dt;
-  }
-  return dt;
-}
-
 void ModeTracker::begin_in_some_mode(Point point, const Crossings& crossed) {
   bool leaves = false;
   for (const auto& crossing : crossed) {
@@ -95,18 +60,36 @@ void ModeTracker::begin_in_some_mode(Point point, const Crossings& crossed) {
     release(event.leaves, event.leaves_to, point.t);
   }
   if (leaves) rebuild(point);
+  const std::vector<double> arriving = modes_;
   std::vector<int> changed;
   bool passed = false;
+  // where the domain of a function ends, its slope is infinite, and its branch is one behind the border only
+  bool behind = std::any_of(crossed.begin(), crossed.end(), [&](const auto& crossing) {
+    const Event& event = events()[crossing.which];
+    return event.is_edge && !event.modes.empty() && is_frozen(static_cast<std::size_t>(crossing.which));
+  });
+  if (behind && begin_behind(point, crossed, arriving) && outside().empty()) return;
   for (std::size_t tries = 0; tries < 4 * borders_.size() + 4; ++tries) {
-    if (try_modes(point, crossed, changed)) {
+    bool found = false;
+    try {
+      found = try_modes(point, crossed, changed);
+    } catch (const Failure&) {
+      found = begin_behind(point, crossed, arriving);
+      if (!found) throw;
+    }
+    if (!found && !passed && pass(crossed, changed)) {
+      passed = true;
+      continue;
+    }
+    if (!found && !behind) {
+      behind = true;
+      found = begin_behind(point, crossed, arriving);
+    }
+    if (found) {
       const auto leaving = outside();
       if (leaving.empty()) return;
       for (const auto& [which, side] : leaving) release(which, side, point.t);
       rebuild(point);
-      continue;
-    }
-    if (!passed && pass(crossed, changed)) {
-      passed = true;
       continue;
     }
     Crossings all;

@@ -88,11 +88,12 @@ class ModeTracker {
   void begin_in_some_mode(Point point, const Crossings& crossed);
   bool pass(const Crossings& crossed, const std::vector<int>& changed);
   bool try_modes(Point point, const Crossings& crossed, std::vector<int>& changed);
+  bool begin_behind(const Point& point, const Crossings& crossed, const std::vector<double>& arriving);
   std::vector<int> set_modes(const Point& point, const Crossings& crossed);
   void use(const std::vector<double>& sides);
   void start_finder(const Point& point, const Crossings& crossed);
   RhsSolver& derivative();
-  bool on_unfrozen_border(const Point& point, const Crossings& crossed);
+  bool on_edge_of_domain(const Point& point, const Crossings& crossed);
   double step_beside_root(const Point& point);
   double slope_ahead(int which, const Point& point, double share);
   double side_ahead(int which, const Point& point);

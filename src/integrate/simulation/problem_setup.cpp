@@ -208,6 +208,7 @@ static void add_surfaces(Plan& plan, const ProblemSetup& run) {
     event.surface = true;
     event.surface_number = k;
     event.smoothness = surfaces[k].smoothness;
+    event.is_edge = surfaces[k].is_edge;
     event.modes = surfaces[k].modes;
     plan.events.list.push_back(event);
   }

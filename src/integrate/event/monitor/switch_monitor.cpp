@@ -46,8 +46,10 @@ std::optional<Expr> smoothed_corner(Expr e, const Problem& problem) {
   for (Expr node : topological(sum.varying)) {
     if (node.is_constant() || node.is_symbol() || node.op() != Op::pow) continue;
     if (!node.operand(1).is_constant() || constant_value(node.operand(1)) != 2) continue;
-    const Expr factor = substitute(sum.varying.front(), Substitution{{node, Expr(1)}});
-    if (varies(factor, problem)) continue;
+    const Expr square = symbol(Kind::slot, "square");
+    const Expr factor = partial(substitute(sum.varying.front(), {{node, square}}), square);
+    const std::vector<Expr> inside = leaves({&factor, 1});
+    if (std::find(inside.begin(), inside.end(), square) != inside.end() || varies(factor, problem)) continue;
     const Expr ratio = factor / sum.rest;
     if (ratio.is_constant() && constant_value(ratio) <= 0) return {};  // 1 - b²
     return node.operand(0) * sqrt(ratio);

@@ -1,4 +1,5 @@
-// Borders along which a solution slides: when sliding begins, and on which side it ends.
+// On a border itself: a run begins behind it where a branch has no value or no slope on it, or slides along
+// it until one of the sides takes it.
 #include <algorithm>
 #include <cmath>
 
@@ -7,6 +8,89 @@
 #include "integrate/run/mode_tracker.hpp"
 
 namespace pendula::integrate {
+
+/// Where the domain of a function ends, or on a border that has no branch.
+bool ModeTracker::on_edge_of_domain(const Point& point, const Crossings& crossed) {
+  const auto is_one = [](const Event& e) {
+    return e.surface && (e.modes.empty() || e.is_edge) && e.leaves < 0;
+  };
+  if (std::none_of(events().begin(), events().end(), is_one)) return false;
+  state_.finder.start(point, crossed);
+  for (std::size_t i = 0; i < borders_.size(); ++i)
+    if (is_one(events()[i]) && state_.finder.is_on_border(i)) return true;
+  return false;
+}
+
+/// Step size after √|g| = 0, where error estimates have no order and those of high order miss the root. In
+/// such a step x′ changes x by a tolerance only; 0 if no limit is needed.
+double ModeTracker::step_beside_root(const Point& point) {
+  constexpr double longest = 1e-2;  // of the interval
+  constexpr int decades = 12;
+  Point here = point;
+  RhsSolver& derivative = this->derivative();
+  const auto solve = [&](Point& at) { return derivative(at.t, at.x.data(), at.xdot.data(), at.z.data()); };
+  if (!solve(here)) return 0;
+  const Tolerances& tolerances = state_.plan.tolerances;
+  double dt = longest * state_.interval();
+  for (int k = 0; k < decades; ++k, dt /= 10) {
+    Point ahead = here;
+    ahead.t += dt;
+    ahead.x += dt * here.xdot;
+    if (!solve(ahead)) continue;
+    double change = 0;
+    for (Eigen::Index i = 0; i < here.x.size(); ++i)
+      change = std::max(change, dt * std::fabs(ahead.xdot[i] - here.xdot[i]) /
+                                    (tolerances.atol[i] + tolerances.rtol[i] * std::fabs(here.x[i])));
+    if (change <= 1) return k == 0 ? 0 : dt;
+  }
+  return dt;
+}
+
+/// On its border a branch may have no value, sin(s)/s at s = 0, or no slope, where several borders meet.
+/// Begins at a point behind it to which the branches lead that were in force before, if from there the
+/// solution goes on away from it: as far as the tolerances allow, to be clear of rounding.
+bool ModeTracker::begin_behind(const Point& point, const Crossings& crossed,
+                               const std::vector<double>& arriving) {
+  constexpr double farthest = 1e-6, nearest = 1e-15;  // of the interval
+  constexpr double share = 1;                         // of a tolerance, in x: as a step may err
+  if (crossed.empty() || arriving.empty()) return false;
+  const auto leaves_it = [&](const EventFinder::Crossing& crossing) {
+    return !events()[crossing.which].surface ||
+           slope_ahead(crossing.which, state_.stepper().here(), farthest) * (crossing.rising ? 1 : -1) > 0;
+  };
+  const Tolerances& tolerances = state_.plan.tolerances;
+  RhsSolver& derivative = this->derivative();
+  const auto solve = [&](Point& at) { return derivative(at.t, at.x.data(), at.xdot.data(), at.z.data()); };
+  for (double part = farthest; part >= nearest; part /= 10) {
+    state_.history->use_modes(state_.problem, arriving);
+    Point here = point;
+    if (!solve(here)) return false;
+    const double dt = part * std::max(state_.interval(), std::fabs(point.t));
+    Point there = here;
+    there.t += dt;
+    there.x += dt * here.xdot;
+    if (there.t >= state_.end || !solve(there)) continue;
+    try {
+      start_finder(there, {});
+      set_modes(there, {});
+      state_.problem->project(there.t, there.x);
+      std::vector<int> changed;
+      if (!try_modes(there, {}, changed)) continue;
+    } catch (const Failure&) {
+      continue;
+    }
+    const Point& now = state_.stepper().here();
+    double change = 0;
+    for (Eigen::Index i = 0; i < here.x.size(); ++i)
+      change = std::max(
+          change, dt * (std::fabs(now.xdot[i] - here.xdot[i]) + std::fabs(there.xdot[i] - here.xdot[i])) /
+                      (tolerances.atol[i] + tolerances.rtol[i] * std::fabs(here.x[i])));
+    if (change <= share && std::all_of(crossed.begin(), crossed.end(), leaves_it)) return true;
+  }
+  return false;
+}
+
+// ── sliding ──
 
 bool ModeTracker::slide(int which, Point& point) {
   const Event& event = events()[which];
