@@ -229,10 +229,10 @@ void PiecewiseForm::number_modes(const std::vector<char>& frozen) {
     branch.mode = -1;
     branch.combined.reset();
     if (branch.settled != 0) continue;
-    if (!frozen[branch.surface]) {
+    const bool fixed = frozen[branch.surface] != 0;
+    if (!fixed || surfaces_[branch.surface].is_edge)
       branch.combined = symbol(Kind::slot, text("side_", &branch - branches_.data() + 1));
-      continue;
-    }
+    if (!fixed) continue;
     std::vector<Mode>& modes = surfaces_[branch.surface].modes;
     const auto same = std::find_if(modes.begin(), modes.end(), [&](const Mode& mode) {
       return mode.kind == branch.kind && mode.reversed == branch.reversed;
@@ -273,7 +273,8 @@ void PiecewiseForm::replace(const Branch& branch, const std::vector<Treatment>& 
   }
   const Treatment treated = treatment[branch.surface];
   if (treated == Treatment::thawed || (branch.mode < 0 && treated != Treatment::sliding)) return;
-  const Expr mode = branch.mode < 0 ? *branch.combined : modes_[branch.mode];
+  const bool is_fixed = branch.mode >= 0 && (treated != Treatment::sliding || !branch.combined);
+  const Expr mode = is_fixed ? modes_[branch.mode] : *branch.combined;
   switch (node.op()) {
     case Op::abs:
       replacements[node] = mode * inner(0);
@@ -294,7 +295,7 @@ void PiecewiseForm::replace(const Branch& branch, const std::vector<Treatment>& 
 void PiecewiseForm::keep_in_domain(const Limited& one, const std::vector<Treatment>& treatment,
                                    Substitution& replacements) const {
   const Surface& surface = surfaces_[one.surface];
-  if (treatment[one.surface] == Treatment::thawed || surface.modes.empty()) return;
+  if (treatment[one.surface] != Treatment::frozen || surface.modes.empty()) return;
   const Mode& mode = surface.modes.front();
   const Expr value = modes_[mode.number], side = mode.kind == Mode::Kind::sign ? value : 1 - 2 * value;
   const Expr when = substitute(surface.when, replacements);

@@ -350,11 +350,12 @@ void EventHandler::restart(const Point& point, const Point& before, const EventF
   last_restart_ = hit;
   last_restart_.t = point.t;
   modes_.count(hit.list, point);
-  if (moment == Moment::later) check_accumulation(point, hit);
+  Point from = point;
+  if (moment == Moment::later) check_accumulation(from, hit);
   // if x′ is continuous, so are its derivatives with respect to the parameters
   const bool follows = state_.problem->n() > state_.problem->visible_n() && !modes_.is_continuous(hit.list);
   const double slope = follows ? state_.finder.slope(hit.list.front().which, before) : 0;
-  begin_again(point, hit.list);
+  begin_again(from, hit.list);
   if (follows) follow_sensitivities(before, hit, slope);
 }
 
@@ -368,7 +369,7 @@ bool EventHandler::arrives(const Point& point, const Point& before, const EventF
   }
 }
 
-void EventHandler::check_accumulation(const Point& point, const EventFinder::Hit& hit) {
+void EventHandler::check_accumulation(Point& point, const EventFinder::Hit& hit) {
   ++since_event_;
   for (const EventFinder::Crossing& crossing : hit.list)
     if (!event_of(crossing).surface) {
@@ -380,7 +381,10 @@ void EventHandler::check_accumulation(const Point& point, const EventFinder::Hit
   const int which = last_event_ >= 0 && since_event_ <= 2 ? last_event_ : hit.list.front().which;
   const Event event = state_.plan.events.list[which];  // the list may grow
   const bool again = point.t - last_accumulation_ < 1e-6 * state_.interval();
-  if (event.surface && !again && (modes_.thaw(hit.list, point) || modes_.slide_where_crossed(point))) {
+  const bool thawed = event.surface && !again && modes_.thaw(hit.list, point);
+  const bool slides = event.surface && !again && !thawed && modes_.slide_where_crossed(point);
+  if (slides) point = state_.stepper().here();  // moved onto the borders
+  if (thawed || slides) {
     last_accumulation_ = point.t;
     zeno_ = {};
     return;

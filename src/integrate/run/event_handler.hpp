@@ -92,7 +92,7 @@ class EventHandler {
   void restart(const Point& point, const Point& before, const EventFinder::Hit& hit,
                Moment moment = Moment::later);
   bool arrives(const Point& point, const Point& before, const EventFinder::Hit& hit);
-  void check_accumulation(const Point& point, const EventFinder::Hit& hit);
+  void check_accumulation(Point& point, const EventFinder::Hit& hit);
   void follow_sensitivities(const Point& before, const EventFinder::Hit& hit, double slope);
   void write_records(const Point& after);
 

@@ -68,13 +68,13 @@ void ModeTracker::begin_in_some_mode(Point point, const Crossings& crossed) {
     const Event& event = events()[crossing.which];
     return event.is_edge && !event.modes.empty() && is_frozen(static_cast<std::size_t>(crossing.which));
   });
-  if (behind && begin_behind(point, crossed, arriving) && outside().empty()) return;
+  if (behind && begin_behind(point, crossed, true, arriving) && outside().empty()) return;
   for (std::size_t tries = 0; tries < 4 * borders_.size() + 4; ++tries) {
     bool found = false;
     try {
       found = try_modes(point, crossed, changed);
     } catch (const Failure&) {
-      found = begin_behind(point, crossed, arriving);
+      found = begin_behind(point, crossed, false, arriving);
       if (!found) throw;
     }
     if (!found && !passed && pass(crossed, changed)) {
@@ -83,7 +83,7 @@ void ModeTracker::begin_in_some_mode(Point point, const Crossings& crossed) {
     }
     if (!found && !behind) {
       behind = true;
-      found = begin_behind(point, crossed, arriving);
+      found = begin_behind(point, crossed, false, arriving);
     }
     if (found) {
       const auto leaving = outside();

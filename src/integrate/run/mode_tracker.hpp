@@ -88,7 +88,8 @@ class ModeTracker {
   void begin_in_some_mode(Point point, const Crossings& crossed);
   bool pass(const Crossings& crossed, const std::vector<int>& changed);
   bool try_modes(Point point, const Crossings& crossed, std::vector<int>& changed);
-  bool begin_behind(const Point& point, const Crossings& crossed, const std::vector<double>& arriving);
+  bool begin_behind(const Point& point, const Crossings& crossed, bool nearest_first,
+                    const std::vector<double>& arriving);
   std::vector<int> set_modes(const Point& point, const Crossings& crossed);
   void use(const std::vector<double>& sides);
   void start_finder(const Point& point, const Crossings& crossed);

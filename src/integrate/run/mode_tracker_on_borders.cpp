@@ -48,11 +48,12 @@ double ModeTracker::step_beside_root(const Point& point) {
 
 /// On its border a branch may have no value, sin(s)/s at s = 0, or no slope, where several borders meet.
 /// Begins at a point behind it to which the branches lead that were in force before, if from there the
-/// solution goes on away from it: as far as the tolerances allow, to be clear of rounding.
-bool ModeTracker::begin_behind(const Point& point, const Crossings& crossed,
+/// solution goes on away from it: the nearest, or as far as the tolerances allow, to be clear of rounding.
+bool ModeTracker::begin_behind(const Point& point, const Crossings& crossed, bool nearest_first,
                                const std::vector<double>& arriving) {
   constexpr double farthest = 1e-6, nearest = 1e-15;  // of the interval
-  constexpr double share = 1;                         // of a tolerance, in x: as a step may err
+  constexpr int decades = 10;
+  constexpr double share = 1;  // of a tolerance, in x: as a step may err
   if (crossed.empty() || arriving.empty()) return false;
   const auto leaves_it = [&](const EventFinder::Crossing& crossing) {
     return !events()[crossing.which].surface ||
@@ -61,7 +62,8 @@ bool ModeTracker::begin_behind(const Point& point, const Crossings& crossed,
   const Tolerances& tolerances = state_.plan.tolerances;
   RhsSolver& derivative = this->derivative();
   const auto solve = [&](Point& at) { return derivative(at.t, at.x.data(), at.xdot.data(), at.z.data()); };
-  for (double part = farthest; part >= nearest; part /= 10) {
+  double part = nearest_first ? nearest : farthest;
+  for (int k = 0; k < decades; ++k, part *= nearest_first ? 10 : 0.1) {
     state_.history->use_modes(state_.problem, arriving);
     Point here = point;
     if (!solve(here)) return false;
@@ -150,7 +152,7 @@ bool ModeTracker::is_near(const std::vector<int>& borders, const Point& point, c
   const Vec allowed = errors * (tolerances.atol + tolerances.rtol.cwiseProduct(point.x.cwiseAbs()));
   const std::vector<Expr>& x = state_.problem->model().x;
   const bool by_root = std::all_of(borders.begin(), borders.end(), [&](int i) {
-    if (!events()[i].modes.empty() || borders_[i].farthest == 0) return false;
+    if ((!events()[i].modes.empty() && !events()[i].is_edge) || borders_[i].farthest == 0) return false;
     Expr sum(0);
     for (std::size_t j = 0; j < x.size(); ++j) sum += abs(partial(events()[i].when, x[j])) * Expr(allowed[j]);
     return borders_[i].farthest <= state_.solution->values({&sum, 1}, point)[0];

@@ -1,5 +1,5 @@
--- Random piecewise equations with roots, logarithms and inverse functions in their pieces, defined on all of a
--- border or ending on it, jumps and kinks: methods of every kind against a tight tolerance.
+-- Random piecewise equations with roots, logarithms and inverse functions in their pieces, defined on all of
+-- a border or ending on it, jumps and kinks: methods of every kind against a tight tolerance.
 local function u() return 2*math.random() - 1 end
 
 local function random_model(seed)
