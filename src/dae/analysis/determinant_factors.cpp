@@ -1,6 +1,7 @@
 #include "dae/analysis/determinant_factors.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <unordered_set>
 
 #include "base/error.hpp"
@@ -143,6 +144,34 @@ void split(Expr e, std::vector<Expr>& factors, Signs& signs) {
   if (std::find(factors.begin(), factors.end(), e) == factors.end()) factors.push_back(e);
 }
 
+/// How many terms e has, multiplied out.
+double terms_of_expansion(Expr e) {
+  check_stack();
+  if (e.is_constant() || e.is_symbol()) return 1;
+  const auto terms = [&](int i) { return terms_of_expansion(e.operand(i)); };
+  switch (e.op()) {
+    case Op::neg:
+      return terms(0);
+    case Op::add:
+    case Op::sub:
+      return terms(0) + terms(1);
+    case Op::mul:
+      return terms(0) * terms(1);
+    case Op::pow:
+      return e.operand(1).is_constant() ? std::pow(terms(0), std::max(1.0, constant_value(e.operand(1)))) : 1;
+    default:
+      return 1;
+  }
+}
+
+/// Is e never 0, as it is written or multiplied out? The determinant of a network of conductances is
+/// (a + g)(b + g) - g², a sum of products of conductances in which g² cancels (Kirchhoff's matrix tree theorem).
+bool never_vanishes(Expr e, Signs& signs) {
+  constexpr double most = 500;  // terms
+  if (std::abs(signs.of(e)) == 2) return true;
+  return is_short(e) && terms_of_expansion(e) <= most && std::abs(signs.of(expand(e))) == 2;
+}
+
 /// e without a common rational factor, and with a sign that avoids a leading minus. Multiplication by a
 /// symbol makes simplify() extract the common factor of a sum.
 Expr upright(Expr e) {
@@ -171,7 +200,7 @@ std::vector<Expr> vanishing_factors(Expr e) {
   split(simplify(e), found, signs);
   for (Expr f : found) {
     f = upright(f);
-    if (f.is_constant() || std::abs(signs.of(f)) == 2) continue;
+    if (f.is_constant() || never_vanishes(f, signs)) continue;
     if (std::find(list.begin(), list.end(), f) == list.end()) list.push_back(f);
   }
   return list;
@@ -232,7 +261,7 @@ class Factors {
     split(simplify(determinant), found, signs_);
     for (Expr f : found) {
       f = upright(f);
-      if (f.is_constant() || std::abs(signs_.of(f)) == 2) continue;
+      if (f.is_constant() || never_vanishes(f, signs_)) continue;
       if (!is_short(f, longest_factor))
         complete = false;
       else if (std::find(list.begin(), list.end(), f) == list.end())

@@ -18,8 +18,8 @@ class MonitorList {
   void start(const Point& point) {
     for (Monitor* monitor : list_) monitor->start(point);
   }
-  void restart() {
-    for (Monitor* monitor : list_) monitor->restart();
+  void restart(const ProblemPtr& problem) {
+    for (Monitor* monitor : list_) monitor->restart(problem);
   }
   std::optional<Stop> after(const MonitoredStep& step) {
     for (Monitor* monitor : list_)

@@ -60,6 +60,8 @@ class Problem {
   }
   /// Gives the last parameters new values: the modes of piecewise equations (surfaces.hpp).
   void set_modes(const std::vector<double>& modes);
+  /// Takes over the parameters, modes included, of a problem with the same ones.
+  void take_parameters(const Problem& other);
   /// Another number after every change of the modes or parameters: what was factorised before is stale.
   unsigned version() const { return version_; }
 

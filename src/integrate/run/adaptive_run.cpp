@@ -106,6 +106,7 @@ class AdaptiveRun {
     first_ = stepper().here();
     state_.history->begin(first_);
     state_.writer.begin(first_);
+    monitors_.restart(state_.problem);
     monitors_.start(first_);
     domain_.start(first_);
     standstill_.after(first_, plan().to - first_.t);

@@ -402,7 +402,7 @@ Failure EventHandler::accumulation(const Event& event) const {
 
 void EventHandler::begin_again(const Point& point, const ModeTracker::Crossings& crossed) {
   modes_.begin(point, crossed);
-  monitors_.restart();
+  monitors_.restart(state_.problem);
   const Plan& plan = state_.plan;
   const bool may_jump = plan.modes > 0 || !plan.breaks.empty() || !plan.monitored_inputs.empty();
   if (may_jump) state_.history->begin(state_.stepper().here());

@@ -81,7 +81,7 @@ void ExplicitForecast::look(const ProblemPtr& problem, const Point& here, const 
 bool ExplicitForecast::is_less_work(double left) {
   constexpr double clearly = 1.5, price = 25;  // in explicit steps: the cost of a change of the method
   if (implicit_ < enough_) return false;
-  if (std::exchange(on_trial_, false)) return steps_ <= spent_;
+  if (std::exchange(on_trial_, false)) return (counted_ > 0 ? counted_ * time_ : steps_) <= spent_;
   return clearly * steps_ <= spent_ && (spent_ - steps_) * left >= price * time_;
 }
 

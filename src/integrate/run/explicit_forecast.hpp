@@ -47,7 +47,11 @@ class ExplicitForecast {
   /// What explicit steps have settled at: |λ| h.
   void learn(double settled) { settled_ = std::min(settled_, settled); }
   /// The implicit method is on trial: with no more work than the explicit one before it is kept.
-  void put_on_trial() { on_trial_ = true; }
+  /// explicit_work: of the explicit method per time, where it was counted.
+  void put_on_trial(double explicit_work = 0) {
+    on_trial_ = true;
+    counted_ = explicit_work;
+  }
 
  private:
   std::optional<double> radius_at(const ProblemPtr& problem, const Point& here);
@@ -62,6 +66,7 @@ class ExplicitForecast {
   double settled_ = 3, accurate_ = 1;
   long next_ = 0, apart_ = 0, few_ = 0, enough_ = 16;  ///< steps
   bool on_trial_ = false, has_grown_ = false;
+  double counted_ = 0;  ///< work of the explicit method per time; 0: forecast
   double longest_ = 0;  ///< step so far
   Progress last_;       ///< look
   double t_ = 0;

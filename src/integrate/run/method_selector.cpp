@@ -47,9 +47,10 @@ void MethodSelector::begin_counting() {
   if (state_.stepper().is_explicit()) {
     past_.begin = steps;
     trial_.next = trial_.favourable = 0;
+    trial_.begun = state_.stats();
+    trial_.t = state_.stepper().here().t;
     return;
   }
-  if (!explicit_) explicit_ = explicit_work(state_.problem, method_, state_.plan);
   constexpr long often = 4, seldom = 16;  // steps between inspections, each of which costs some evaluations
   const bool is_small = state_.problem->n() + state_.problem->m() <= StepWork::small;
   forecast_.begin({steps, work()}, family_ == &family::rosenbrock ? of_rosenbrock : of_radau,
@@ -105,18 +106,20 @@ void MethodSelector::change_if_it_pays() {
     leave_explicit();
   else if (!past_.is_judged)
     judge_change();
-  else
+  else if (!try_where_steps_cost_more())
     try_implicit();
 }
 
-double MethodSelector::work() {
-  const Stats& s = state_.stats();
+double MethodSelector::work() { return work_of(state_.stats()); }
+
+double MethodSelector::work_of(const Stats& s) {
   const bool is_explicit = state_.stepper().is_explicit();
   if (rival_.family) {
     const double step = is_explicit ? rival_.explicit_step : rival_.implicit_step;
     return static_cast<double>(s.steps + s.rejected) * step / rival_.explicit_step;
   }
-  const int passes = is_explicit ? 1 : 2;  // an evaluation, and the share of a stage in a linear solution
+  if (!explicit_) explicit_ = explicit_work(state_.problem, method_, state_.plan);
+  const int passes = is_explicit ? 1 : 2;  // an evaluation, and a stage's share of a solution
   const double factorisation = implicit_cost(state_.problem->n() + state_.problem->m());
   const double all = static_cast<double>(passes * s.evaluations + s.newton_iterations + s.jacobians) +
                      factorisation * static_cast<double>(s.factorisations);
@@ -213,6 +216,23 @@ void MethodSelector::try_implicit() {
   forecast_.learn(now->fastest * dt);
   change(implicit(), dt, "modes that decay fast keep the explicit steps short: implicit ones are tried");
   forecast_.put_on_trial();
+}
+
+/// Tries an implicit method where a step takes far more work than its stages: z is looked at on many borders, or
+/// its branch must be followed. What implicit steps would take then, nothing but a trial shows.
+bool MethodSelector::try_where_steps_cost_more() {
+  constexpr double more = 1.5;  // than usual: a trial is 7 % of the steps before and behind it
+  constexpr long enough = 100;  // steps
+  const long steps = state_.stats().steps - past_.begin;
+  if (state_.problem->is_ode() || rival_.family || steps < trial_.costly || past_.per_time > 0) return false;
+  trial_.costly = 2 * steps;
+  const double elapsed = state_.stepper().here().t - trial_.t, dt = elapsed / static_cast<double>(steps);
+  const double taken = work() - work_of(trial_.begun);
+  if (taken < more * static_cast<double>(steps) || left() < enough * dt || !may_become_explicit())
+    return false;
+  change(implicit(), dt, "the explicit steps take far more work than their stages: implicit ones are tried");
+  forecast_.put_on_trial(taken / elapsed);
+  return true;
 }
 
 void MethodSelector::leave_implicit() {

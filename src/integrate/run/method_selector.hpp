@@ -36,6 +36,7 @@ class MethodSelector {
   void leave_implicit();
   void judge_change();
   void try_implicit();
+  bool try_where_steps_cost_more();
   bool is_known_to_cost_less(double dt);
   bool would_raise_order() const;
   bool may_become_explicit() const;
@@ -46,6 +47,7 @@ class MethodSelector {
   /// Work of the method in use so far, in explicit steps: passes over the nonzeros of the equations, where a
   /// factorisation counts as several; for large models the work that StepWork has counted.
   double work();
+  double work_of(const Stats& stats);
 
   AdaptiveState& state_;
   Method method_;
@@ -68,8 +70,10 @@ class MethodSelector {
   } past_;
   /// Looks at whether an implicit method is worth a trial: steps since the explicit one began.
   struct {
-    long first = 40, next = 0;
+    long first = 40, next = 0, costly = 100;
     int favourable = 0;  ///< in a row
+    Stats begun;         ///< when the explicit method began, at t
+    double t = 0;
   } trial_;
 };
 

@@ -22,6 +22,9 @@ class ChoiceMonitor : public Monitor {
   ChoiceMonitor(const ProblemPtr& problem, const std::vector<Guard>& choices, const Tolerances& tolerances);
   bool empty() const { return guards_.empty(); }
   void start(const Point& point) override;
+  void restart(const ProblemPtr& problem) override {
+    if (problem_) problem_->take_parameters(*problem);
+  }
   /// The guard that errors of the states within the tolerances can make 0, after several steps in a row.
   std::optional<Stop> after(const MonitoredStep& step) override;
 

@@ -61,6 +61,12 @@ const double* RankBlock::values(const Point& p) {
   return to;
 }
 
+void RankBlock::take_parameters(const Problem& problem) {
+  if (own_) own_->take_parameters(problem);
+  const auto n = static_cast<std::ptrdiff_t>(problem.model().p.size());
+  std::copy_n(problem.values().end() - n, n, values_.end() - n);
+}
+
 Vec RankBlock::generic_direction(int size) {
   Vec v(size);
   for (int i = 0; i < size; ++i) v[i] = 1 + 0.3 * std::sin(1.0 + i);

@@ -33,6 +33,7 @@ class RankBlock {
   std::vector<double> units_by_size() const;
   /// [t, x, x′, z, u, p] at a point; valid until the next call.
   const double* values(const Point& point);
+  void take_parameters(const Problem& problem);
 
   /// "the equations a, b no longer determine x, y (remedy)", at a point where the block can still be solved.
   std::string equations_lose(const Point& point);

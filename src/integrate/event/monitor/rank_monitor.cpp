@@ -87,6 +87,12 @@ void RankMonitor::start(const Point& point) {
     for (auto& part : parts_) part->start(point);
 }
 
+void RankMonitor::restart(const ProblemPtr& problem) {
+  problem_ = problem;
+  for (auto& part : parts_)
+    if (part) part->block.take_parameters(*problem);
+}
+
 RankMonitor::Part& RankMonitor::part(std::size_t k) {
   if (!parts_[k]) {
     parts_[k] = std::make_unique<Part>(blocks_[k], problem_, sizes_, tolerance_);

@@ -26,6 +26,7 @@ class RankMonitor : public Monitor {
   bool empty() const { return parts_.empty(); }
 
   void start(const Point& point) override;
+  void restart(const ProblemPtr& problem) override;
   std::optional<Stop> after(const MonitoredStep& step) override {
     const bool due = !parts_.empty() && (--wait_ <= 0 || step.here.t >= due_ || step.last);
     return due ? look(step) : std::nullopt;

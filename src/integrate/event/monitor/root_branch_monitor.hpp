@@ -20,6 +20,9 @@ class RootBranchMonitor : public Monitor {
   RootBranchMonitor(const ProblemPtr& problem, const std::vector<Guard>& guards);
   bool empty() const { return roots_.empty(); }
   void start(const Point& point) override;
+  void restart(const ProblemPtr& problem) override {
+    if (problem_) problem_->take_parameters(*problem);
+  }
   std::optional<Stop> after(const MonitoredStep& step) override { return look(step.here); }
 
  private:

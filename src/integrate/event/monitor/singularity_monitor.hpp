@@ -17,6 +17,9 @@ class SingularityMonitor : public Monitor {
   /// Requires that the guards outlive it.
   SingularityMonitor(const ProblemPtr& problem, const std::vector<Guard>& guards);
   void start(const Point& point) override;
+  void restart(const ProblemPtr& problem) override {
+    if (problem_) problem_->take_parameters(*problem);
+  }
   /// The time of the zero by cubic interpolation.
   std::optional<Stop> after(const MonitoredStep& step) override;
   /// After a failure: the divisor that is at most `almost` times what it was at the start, or (with fixed

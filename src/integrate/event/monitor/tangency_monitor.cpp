@@ -12,7 +12,12 @@ namespace pendula::integrate {
 
 TangencyMonitor::TangencyMonitor(const ProblemPtr& problem, const std::vector<Event>& events,
                                  const EventFinder& finder, const Tolerances& tolerances, double interval)
-    : problem_(problem), events_(events), finder_(finder), tolerances_(tolerances), interval_(interval) {
+    : given_(problem),
+      problem_(problem),
+      events_(events),
+      finder_(finder),
+      tolerances_(tolerances),
+      interval_(interval) {
   empty_ = std::none_of(events.begin(), events.end(),
                         [](const Event& event) { return !event.termination_reason.empty(); });
   const std::vector<Expr>& z = problem->model().z;
@@ -23,6 +28,25 @@ TangencyMonitor::TangencyMonitor(const ProblemPtr& problem, const std::vector<Ev
                                   [&](Expr leaf) { return std::find(z.begin(), z.end(), leaf) != z.end(); }));
     any_with_z_ = any_with_z_ || with_z_.back();
   }
+}
+
+void TangencyMonitor::forget() {
+  seen_.clear();
+  inside_.clear();
+  begin_.reset();
+  has_previous_ = false;
+}
+
+void TangencyMonitor::restart(const ProblemPtr& problem) {
+  forget();
+  if (given_ == problem) {
+    if (solver_) problem_->take_parameters(*problem);
+    return;
+  }
+  given_ = problem_ = problem;
+  solver_.reset();
+  conditions_.clear();
+  gradients_.clear();
 }
 
 std::optional<Stop> TangencyMonitor::after(const MonitoredStep& step) {
@@ -77,7 +101,7 @@ const Point* TangencyMonitor::inside(const Point& from, const Point& to, double 
     if (const Inside& known = known_[k]; known.share == share && known.from == from.t && known.to == to.t)
       return known.solved ? &known.at : nullptr;
   if (!solver_) {
-    problem_ = std::make_shared<Problem>(*problem_);
+    problem_ = std::make_shared<Problem>(*given_);
     solver_ = std::make_unique<RhsSolver>(problem_, ignored_);
   }
   if (known_count_ == known_.size()) known_.emplace_back();

@@ -29,18 +29,14 @@ class TangencyMonitor : public Monitor {
   TangencyMonitor(const ProblemPtr& problem, const std::vector<Event>& events, const EventFinder& finder,
                   const Tolerances& tolerances, double interval);
 
-  void start(const Point&) override { restart(); }
-  void restart() override {
-    seen_.clear();
-    inside_.clear();
-    begin_.reset();
-    has_previous_ = false;
-  }
+  void start(const Point&) override { forget(); }
+  void restart(const ProblemPtr& problem) override;
   /// The event whose |g| had a minimum at the beginning of the step, below ten times its
   /// uncertainty there, or that was 0 near it.
   std::optional<Stop> after(const MonitoredStep& step) override;
 
  private:
+  void forget();
   struct Values {
     double largest = 0, before = 0, last = 0;
   };
@@ -60,7 +56,7 @@ class TangencyMonitor : public Monitor {
     Point at;
     bool solved = false;
   };
-  ProblemPtr problem_;
+  ProblemPtr given_, problem_;  ///< problem_: a copy, since the run sets other points
   const std::vector<Event>& events_;
   const EventFinder& finder_;
   const Tolerances& tolerances_;
