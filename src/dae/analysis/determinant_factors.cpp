@@ -164,8 +164,8 @@ double terms_of_expansion(Expr e) {
   }
 }
 
-/// Is e never 0, as it is written or multiplied out? The determinant of a network of conductances is
-/// (a + g)(b + g) - g², a sum of products of conductances in which g² cancels (Kirchhoff's matrix tree theorem).
+/// Is e never 0, as it is written or multiplied out? The determinant of a network of conductances is (a +
+/// g)(b + g) - g², a sum of products of conductances in which g² cancels (Kirchhoff's matrix tree theorem).
 bool never_vanishes(Expr e, Signs& signs) {
   constexpr double most = 500;  // terms
   if (std::abs(signs.of(e)) == 2) return true;

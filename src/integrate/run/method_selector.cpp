@@ -218,8 +218,8 @@ void MethodSelector::try_implicit() {
   forecast_.put_on_trial();
 }
 
-/// Tries an implicit method where a step takes far more work than its stages: z is looked at on many borders, or
-/// its branch must be followed. What implicit steps would take then, nothing but a trial shows.
+/// Tries an implicit method where a step takes far more work than its stages: z is looked at on many borders,
+/// or its branch must be followed. What implicit steps would take then, nothing but a trial shows.
 bool MethodSelector::try_where_steps_cost_more() {
   constexpr double more = 1.5;  // than usual: a trial is 7 % of the steps before and behind it
   constexpr long enough = 100;  // steps

@@ -53,8 +53,8 @@ class Monitor {
   virtual ~Monitor() = default;
   /// The run begins at a point.
   virtual void start(const Point& point) = 0;
-  /// The solution or the equations have jumped: values from before say nothing about what follows. problem: in
-  /// the modes of its branches that are in force now.
+  /// The solution or the equations have jumped: values from before say nothing about what follows. problem:
+  /// in the modes of its branches that are in force now.
   virtual void restart(const ProblemPtr& problem) = 0;
   /// After every accepted step.
   virtual std::optional<Stop> after(const MonitoredStep& step) = 0;
