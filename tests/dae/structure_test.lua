@@ -165,3 +165,13 @@ test("a nonlinear model whose structural index is too high: the derivative array
   local bound = tostring(dae { der(ball)^3 ~ ball + 2 }:structure())
   expect(bound):matches "true index 0"
 end)
+
+-- log 0 and √-1 have no value: that a factor vanishes at p = 0 is not asked
+test("coefficients that are logarithms and roots of parameters", function()
+  local x, y, p = var "x", var "y", param("p", 2)
+  for _, c in ipairs { log(p), log(p) - 1, sqrt(p - 1), asin(p/4) } do
+    local text = tostring(dae { c*der(x) ~ -x + y, 0 ~ (c + 2)*y - x }:structure())
+    expect(text):matches "structural index 1"
+    expect(text):matches "≠ 0"
+  end
+end)

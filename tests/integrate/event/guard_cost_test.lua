@@ -37,3 +37,30 @@ test("a border of time alone costs no evaluation", function()
   expect(stats.evaluations <= 13*(stats.steps + stats.rejected)):is_true()    -- 12 stages
   expect(sol(x, 5)):near(2 + (3 - 2 + 0.1)*math.exp(-5), 2e-5)
 end)
+
+test("divisors are watched in the branches in force: one that vanishes in another branch, and in this one", function()
+  local x, z = vars "x z"
+  for _, method in ipairs { "auto", "radau", "bdf", "dopri5", "rodas" } do
+    for _, rtol in ipairs { 1e-3, 1e-5, 1e-8 } do
+      local function run(before, after)
+        return dae { der(x) ~ z, 0 ~ z^2 - ifelse(lt(t, 1), before, after) }:integrate {
+          start = { x = 0, z = 2 }, to = 3, method = method, rtol = rtol }
+      end
+      local other = run((t - 2)^2, 1)
+      expect(other.status):equals "finished"
+      expect(other(x, 3)):near(3.5, 1e-2*rtol^0.5)
+      expect(run(4, (t - 2)^2).status):matches "stopped at t = 2: z = 0 there"
+    end
+  end
+end)
+
+test("equations with the root of a difference of squares run", function()
+  local x, y = vars "x y"
+  local sol = dae { der(x) ~ -x/100, der(y) ~ sqrt(0.0036 - (x - 0.98)^2) }:integrate {
+    start = { x = 1, y = 0 }, to = 1, rtol = 1e-8 }
+  expect(sol.status):equals "finished"
+  local function f(s) return math.sqrt(0.0036 - (math.exp(-s/100) - 0.98)^2) end
+  local sum = 0
+  for k = 0, 99 do sum = sum + (f(k/100) + 4*f((k + 0.5)/100) + f((k + 1)/100))/600 end
+  expect(sol(y, 1)):near(sum, 1e-8)
+end)
