@@ -54,12 +54,14 @@ test("divisors are watched in the branches in force: one that vanishes in anothe
   end
 end)
 
+-- The slope of a circle as a rail has it, in the place of a corner 1 + v².
 test("equations with the root of a difference of squares run", function()
   local x, y = vars "x y"
-  local sol = dae { der(x) ~ -x/100, der(y) ~ sqrt(0.0036 - (x - 0.98)^2) }:integrate {
+  local slope = (0.98 - x)/sqrt(0.0036 - (x - 0.98)^2)
+  local sol = dae { der(x) ~ -x/100, der(y) ~ 1/(1 + slope^2)^1.5 }:integrate {
     start = { x = 1, y = 0 }, to = 1, rtol = 1e-8 }
   expect(sol.status):equals "finished"
-  local function f(s) return math.sqrt(0.0036 - (math.exp(-s/100) - 0.98)^2) end
+  local function f(s) return (1 - ((math.exp(-s/100) - 0.98)/0.06)^2)^1.5 end
   local sum = 0
   for k = 0, 99 do sum = sum + (f(k/100) + 4*f((k + 0.5)/100) + f((k + 1)/100))/600 end
   expect(sol(y, 1)):near(sum, 1e-8)
