@@ -22,7 +22,7 @@ using dae::ref;
 using dae::ref_partial;
 using dae::ref_rate_of_partial;
 using dae::ref_side;
-using dae::told_from;
+using dae::shown_from;
 using Index = Eigen::Index;
 
 const std::string indent(5, ' ');
@@ -133,7 +133,7 @@ class Derivation {
   std::vector<std::string> lines;
 
  private:
-  void tell(Detail least, const std::string& line) { lines.push_back(told_from(least, line)); }
+  void tell(Detail least, const std::string& line) { lines.push_back(shown_from(least, line)); }
 
   /// name(q) = value, with the names of vectors where they exist, else one line per coordinate.
   template <class Name>

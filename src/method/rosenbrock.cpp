@@ -238,7 +238,7 @@ bool Rosenbrock::is_stiffly_accurate() const {
 }
 
 /// Do the first s of these numbers vanish? R(z) - R̂(z) = Σₖ zᵏ⁺¹ (b - b̂)ᵀ βᵏ 1 + … vanishes with them.
-bool Rosenbrock::error_sees_linear() const {
+bool Rosenbrock::error_estimate_sees_linear() const {
   const Vec difference = Gamma_.transpose() * *e_;
   Vec power = Vec::Ones(stages());
   for (int k = 0; k < stages(); ++k) {

@@ -53,7 +53,7 @@ class Rosenbrock {
   const Vec& m() const { return m_; }
   const std::optional<Vec>& e() const { return e_; }  ///< m - mhat: the error estimate Σ eᵢuᵢ
   /// False where method and embedded method agree on x′ = A x: the estimate would be 0 there. Requires e().
-  bool error_sees_linear() const;
+  bool error_estimate_sees_linear() const;
   /// Dense output with r rows d₁ … dᵣ (2 for order 3, 3 for order 4; empty: none):
   ///   x(tₖ + θΔt) = (1-θ)xₖ + θ(xₖ₊₁ + (1-θ)(K₁ + θ(K₂ + θ K₃))),   Kⱼ = Σᵢ dⱼᵢuᵢ
   const Mat& dense() const { return dense_; }

@@ -15,13 +15,13 @@ using lua::Token;
 using lua::tokenize;
 using lua::TokenKind;
 
-struct Foreign {
+struct ForeignSyntax {
   std::string_view written;  ///< adjacent characters outside of strings and comments
   std::string_view remedy;
 };
 
 // The longer of two entries with a common beginning comes first.
-constexpr std::array<Foreign, 31> foreign = {{
+constexpr std::array<ForeignSyntax, 31> foreign = {{
     {"!=", "not equal is written ~="},
     {"!", "logical not is written not"},
     {"&&", "logical and is written and"},
@@ -66,7 +66,7 @@ long line_of(std::string_view error) {
 }
 
 std::string_view foreign_at(std::string_view rest) {
-  for (const Foreign& f : foreign)
+  for (const ForeignSyntax& f : foreign)
     if (rest.substr(0, f.written.size()) == f.written) return f.remedy;
   return {};
 }

@@ -46,7 +46,7 @@ class Confined {
       : options_(options), sources_(sources), reporter_(reporter), state_(lua::new_state(), lua_close) {
     set_arguments(state_.get(), options.before, options.script, options.arguments);
     // Lua gets seven eighths; the rest is for allocations outside Lua.
-    lua::forbid_calls(state_.get(), tell_, options.limits.memory / 8 * 7);
+    lua::forbid_calls(state_.get(), report_, options.limits.memory / 8 * 7);
   }
 
   bool work() {
@@ -66,7 +66,7 @@ class Confined {
   const Options& options_;
   const std::vector<Source>& sources_;
   sandbox::Reporter& reporter_;
-  const std::function<void(const std::string&)> tell_ = [this](const std::string& call) {
+  const std::function<void(const std::string&)> report_ = [this](const std::string& call) {
     reporter_.forbidden(call);
   };
   std::unique_ptr<lua_State, decltype(&lua_close)> state_;
@@ -92,7 +92,7 @@ class Output {
   }
   std::FILE* file_;
   bool terminal_;
-  sandbox::Harmless filter_;
+  sandbox::ControlFilter filter_;
 };
 
 std::string summary(const sandbox::Outcome& o) {

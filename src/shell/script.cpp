@@ -114,7 +114,7 @@ void set_arguments(lua_State* L, const std::vector<std::string>& before, const s
   if (!script.empty()) set(script, 0);
   for (std::size_t i = 0; i < arguments.size(); ++i) set(arguments[i], static_cast<lua_Integer>(i + 1));
   lua_setglobal(L, "arg");
-  lua::look_beside(L, script);
+  lua::search_script_folder(L, script);
 }
 
 bool run_text(lua_State* L, std::string source, const std::string& chunk,

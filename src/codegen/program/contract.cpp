@@ -75,7 +75,7 @@ class Contraction {
       : p_(program), uses_(program.first_instruction() + program.instructions.size(), 0) {
     for (const Instruction& i : p_.instructions) p_.each_operand(i, [&](Slot v) { ++uses_[v]; });
     for (Slot v : p_.results) ++uses_[v];
-    gone_.assign(p_.instructions.size(), false);
+    removed_.assign(p_.instructions.size(), false);
     for (const Instruction& i : p_.instructions) fused_.push_back(fused(i));
   }
 
@@ -86,7 +86,7 @@ class Contraction {
     std::vector<Slot> here(uses_.size());
     for (Slot v = 0; v < p_.first_instruction(); ++v) here[v] = v;
     for (std::size_t k = 0; k < p_.instructions.size(); ++k) {
-      if (gone_[k]) continue;
+      if (removed_[k]) continue;
       Instruction i = fused_[k].value_or(p_.instructions[k]);
       for (int o = 0; o < i.operands(); ++o) {
         Slot& value = i.operand[o];
@@ -118,10 +118,10 @@ class Contraction {
     if (const Instruction* by = product(y)) {
       if (i.op == Op::sub) result.op = Op::neg;  // x - a·b
       result.operand = {by->operand[0], by->operand[1], x};
-      gone_[y - p_.first_instruction()] = true;
+      removed_[y - p_.first_instruction()] = true;
     } else if (const Instruction* ax = product(x)) {
       result.operand = {ax->operand[0], ax->operand[1], y};
-      gone_[x - p_.first_instruction()] = true;
+      removed_[x - p_.first_instruction()] = true;
     } else {
       return {};
     }
@@ -130,7 +130,7 @@ class Contraction {
 
   const Program& p_;
   std::vector<Slot> uses_;
-  std::vector<bool> gone_;
+  std::vector<bool> removed_;
   std::vector<std::optional<Instruction>> fused_;
 };
 

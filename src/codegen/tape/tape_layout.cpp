@@ -119,7 +119,7 @@ class Workspace {
   }
   void give(Slot at, Slot size) {
     for (std::size_t k = 0; k < free_.size(); ++k) {  // merges it with its neighbours
-      Hole& hole = free_[k];
+      FreeBlock& hole = free_[k];
       if (hole.at + hole.size != at && at + size != hole.at) continue;
       at = std::min(at, hole.at);
       size += hole.size;
@@ -130,15 +130,15 @@ class Workspace {
     constexpr std::size_t many = 64;  // small gaps are dropped
     if (free_.size() > many)
       free_.erase(std::min_element(free_.begin(), free_.end(),
-                                   [](const Hole& p, const Hole& q) { return p.size < q.size; }));
+                                   [](const FreeBlock& p, const FreeBlock& q) { return p.size < q.size; }));
   }
   Slot end() const { return end_; }
 
  private:
-  struct Hole {
+  struct FreeBlock {
     Slot at, size;
   };
-  std::vector<Hole> free_;
+  std::vector<FreeBlock> free_;
   Slot end_;
 };
 

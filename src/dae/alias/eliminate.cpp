@@ -82,7 +82,7 @@ Block written_row(const AffineRow& row, const Elimination& e, const Substitution
 std::vector<Block> remaining_blocks(const Model& m, const Elimination& e, const Substitution& relations) {
   std::vector<Block> blocks;
   for (std::size_t i = 0; i < e.rows().size(); ++i) {
-    if (!e.alive(i)) continue;
+    if (!e.is_active(i)) continue;
     const auto [block, row] = m.origin[i];
     const Block& source = m.blocks[block];
     const AffineRow& r = e.rows()[i];

@@ -27,7 +27,7 @@ Elimination::Elimination(const Model& model)
     : model_(model),
       numbers_(model),
       rows_(affine_rows(model, numbers_)),
-      alive_(rows_.size(), 1),
+      active_(rows_.size(), 1),
       changed_(rows_.size(), 0),
       occurrences_(numbers_, rows_),
       wanted_(static_cast<std::size_t>(numbers_.size()), 0),
@@ -47,7 +47,7 @@ void Elimination::run() {
   do {  // again while rows are eliminated: a former top derivative may be a state now, whose forces can go
     before = left;
     for (std::size_t i = 0; i < rows_.size(); ++i)
-      if (alive_[i]) consider_row(static_cast<int>(i));
+      if (active_[i]) consider_row(static_cast<int>(i));
     while (!queue_.empty() && left > 1) {
       const Candidate c = queue_.top();
       queue_.pop();
@@ -101,7 +101,7 @@ bool Elimination::loses_reset(const AffineRow& row, int x) const {
 }
 
 std::optional<Elimination::Candidate> Elimination::candidate(int row, int x) const {
-  if (!alive_[row] || numbers_.order(x) != 0) return {};
+  if (!active_[row] || numbers_.order(x) != 0) return {};
   const AffineRow& r = rows_[row];
   const AffineRow::Term* term = r.find(x);
   if (!term || r.has_inside(x)) return {};
@@ -130,7 +130,7 @@ std::optional<Elimination::Candidate> Elimination::candidate(int row, int x) con
   // x = c·y is preferred: a position equals another one rather than a difference of two
   const bool sum = terms > 1;
   // hides a variable that Newton's method should see; unknowns determined by states need no iteration
-  const bool buries = nonlinear > 0 && sum && !follows_from_states(r, x);
+  const bool hides_nonlinearity = nonlinear > 0 && sum && !follows_from_states(r, x);
   // (u - v)/R substituted into two sums adds large, rounded terms to both, and their own small terms are lost
   const bool rounds = *pivot > 1 && others > 1;
   // x″ = y″ - z″ in place of x″ couples the accelerations; prefer to eliminate a distance, not a position
@@ -142,7 +142,7 @@ std::optional<Elimination::Candidate> Elimination::candidate(int row, int x) con
                        });
   // unknowns used nowhere else go first, however long their row, like the ground current of a large circuit
   const long written_terms = others > 0 ? terms : std::min(terms, 1L);
-  const long cost = 16 * fill + 64 * buries + (sum ? 8 + 4 * *pivot : *pivot) + 80 * rounds +
+  const long cost = 16 * fill + 64 * hides_nonlinearity + (sum ? 8 + 4 * *pivot : *pivot) + 80 * rounds +
                     32 * (couples || derivatives) + 256 * (derivatives && others > 1) + 2 * written_terms +
                     3 * (wanted_[x] > 0) + 8 * *raised;
   const std::string& name = symbol_of(numbers_.leaf(x)).name;
@@ -190,7 +190,7 @@ void Elimination::eliminate(int row, int x) {
   const int times = occurrences_.highest(x);
   AffineRow e = defined(row, x);
   occurrences_.enter(rows_[row], -1);
-  alive_[row] = 0;
+  active_[row] = 0;
   const std::vector<AffineRow::Term> freed = rows_[row].terms;
   for (int k = 0; k <= times; ++k) {
     if (k > 0) e = derivative(e);
@@ -212,7 +212,7 @@ void Elimination::pass_guard(int x, const AffineRow& e) {
 void Elimination::write_into_others(int x, const AffineRow& e) {
   ++stamp_;
   for (int i : occurrences_.take(x)) {
-    if (!alive_[i] || seen_[i] == stamp_) continue;
+    if (!active_[i] || seen_[i] == stamp_) continue;
     seen_[i] = stamp_;
     AffineRow& r = rows_[i];
     const AffineRow::Term* term = r.find(x);
@@ -253,7 +253,7 @@ void Elimination::reconsider(int unknown) {
   const std::vector<int> rows = occurrences_.where(x);
   if (rows.size() > short_row) return;
   for (int i : rows)
-    if (alive_[i]) consider(i, x);
+    if (active_[i]) consider(i, x);
 }
 
 }  // namespace pendula::dae

@@ -26,7 +26,7 @@ class Elimination {
 
   const std::vector<AffineRow>& rows() const { return rows_; }
   const UnknownNumbers& numbers() const { return numbers_; }
-  bool alive(std::size_t row) const { return alive_[row]; }
+  bool is_active(std::size_t row) const { return active_[row]; }
   bool changed(std::size_t row) const { return changed_[row]; }
   const std::vector<Definition>& definitions() const { return definitions_; }
 
@@ -66,7 +66,7 @@ class Elimination {
   const Model& model_;
   UnknownNumbers numbers_;
   std::vector<AffineRow> rows_;
-  std::vector<char> alive_, changed_;
+  std::vector<char> active_, changed_;
   Occurrences occurrences_;
   std::vector<char> wanted_;   ///< 1: has a value at the start, 2: a guess
   std::vector<char> guarded_;  ///< reset by an event

@@ -90,13 +90,13 @@ Determination determine_exactly(DerivativeArray array, const ArrayOptions& optio
 }
 
 /// A point that is continued when F_k grows, by its values.
-struct Walker {
+struct TrackedPoint {
   int seed;
   std::unordered_map<Expr, double> values;
 };
 
 struct PointRanks {
-  Walker walker;
+  TrackedPoint point;
   ArrayRanks ranks;
 };
 
@@ -106,33 +106,33 @@ struct PointSet {
   int unclear = 0;  ///< points without a clear gap of singular values, for this k and those before
 };
 
-/// Finds up to options.points solutions of F_k = 0, first by continuing the walkers, then from
+/// Finds up to options.points solutions of F_k = 0, first by continuing the tracked points, then from
 /// new starting values.
-void find_points(PointSet& set, const NumericArray& numeric, std::vector<Walker>& walkers, int& next_seed,
-                 int points, int rows) {
+void find_points(PointSet& set, const NumericArray& numeric, std::vector<TrackedPoint>& tracked,
+                 int& next_seed, int points, int rows) {
   int full = 0;  // points at which the rows are independent, as in models with unique solutions
   set.found.clear();
-  const auto visit = [&](Walker walker) {
-    const auto known = numeric.known(walker.seed);
-    const auto solution = numeric.project(numeric.start(walker.seed, walker.values), known, 0);
+  const auto visit = [&](TrackedPoint point) {
+    const auto known = numeric.known(point.seed);
+    const auto solution = numeric.project(numeric.start(point.seed, point.values), known, 0);
     if (!solution) return;
     for (std::size_t j = 0; j < numeric.columns().size(); ++j)
-      walker.values[numeric.columns()[j]] = solution->w[j];
+      point.values[numeric.columns()[j]] = solution->w[j];
     const ArrayRanks ranks = numeric.ranks(*solution, known);
     if (ranks.slow && solution->w.cwiseQuotient(numeric.unit()).cwiseAbs().maxCoeff() > near_enough)
       return;  // slow because it diverges
     full += ranks.all == rows && ranks.gap >= clear_gap;
     if (ranks.gap >= clear_gap || ranks.slow)
-      set.found.push_back({std::move(walker), ranks});
+      set.found.push_back({std::move(point), ranks});
     else
       ++set.unclear;
   };
-  for (Walker& w : walkers) visit(std::move(w));
+  for (TrackedPoint& w : tracked) visit(std::move(w));
   while ((static_cast<int>(set.found.size()) < points || full == 0) && next_seed < max_seeds)
     visit({next_seed++, {}});
-  walkers.clear();
+  tracked.clear();
   for (const PointRanks& p : set.found)
-    if (!p.ranks.slow) walkers.push_back(p.walker);
+    if (!p.ranks.slow) tracked.push_back(p.point);
 }
 
 /// The points that count: those with the largest rank. Branches meet where the equations lose rank.
@@ -201,15 +201,15 @@ std::optional<Determination> judge(Determination& d, const PointSet& points, int
     end.verdict = ArrayVerdict::not_covered;
     end.why = text("the ranks of F", subscript(k), " are not clear");
   }
-  end.point = regular[0]->walker.values;
+  end.point = regular[0]->point.values;
   return end;
 }
 
 Determination determine_at_points(DerivativeArray array, const ArrayOptions& options) {
   Determination d;
   d.states = static_cast<int>(array.states().size());
-  std::vector<Walker> walkers;
-  for (const auto& [seed, values] : options.from) walkers.push_back({seed, values});
+  std::vector<TrackedPoint> tracked;
+  for (const auto& [seed, values] : options.from) tracked.push_back({seed, values});
   PointSet points;
   int next_seed = 0;
   for (int k = 0; k <= options.max_order; ++k, array.extend()) {
@@ -224,7 +224,7 @@ Determination determine_at_points(DerivativeArray array, const ArrayOptions& opt
       return d;
     }
     const auto rows = static_cast<int>(array.rows().size());
-    find_points(points, NumericArray(array), walkers, next_seed, options.points, rows);
+    find_points(points, NumericArray(array), tracked, next_seed, options.points, rows);
     d.tried = k;
     if (const auto end = judge(d, points, k, static_cast<int>(array.first().size()), rows)) return *end;
   }

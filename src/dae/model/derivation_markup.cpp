@@ -189,12 +189,12 @@ std::string ref_rate_of_partial(const std::string& function, const VecX& x) {
   return text(begin_ref, "r", function, ":", numbers(entries(x)), end_ref);
 }
 
-std::string told_from(Detail least, const std::string& line) {
+std::string shown_from(Detail least, const std::string& line) {
   return (least == Detail::brief ? "" : std::string(1, least == Detail::full ? from_full : from_every)) +
          line;
 }
 
-bool is_told(const std::string& line, Detail detail) {
+bool is_shown(const std::string& line, Detail detail) {
   if (line.empty() || detail == Detail::every) return true;
   return line[0] != from_every && (detail == Detail::full || line[0] != from_full);
 }
@@ -324,7 +324,7 @@ void append_latex(std::string& out, const std::string& line) {
 std::string written_out(const std::vector<std::string>& lines, Detail detail, Notation notation) {
   std::string out;
   for (const std::string& line : lines) {
-    if (!is_told(line, detail)) continue;
+    if (!is_shown(line, detail)) continue;
     if (notation == Notation::latex)
       append_latex(out, line);
     else

@@ -30,12 +30,12 @@ std::string ref_side(const VecX& v);
 std::string ref_partial(const std::string& function, const VecX& x);
 std::string ref_rate_of_partial(const std::string& function, const VecX& x);
 
-/// How much of a derivation is told: results, the steps between them, every step with its parts.
+/// How much of a derivation is shown: results, the steps between them, every step with its parts.
 enum class Detail { brief, full, every };
 /// A line that stands in derivations of at least this detail.
-std::string told_from(Detail least, const std::string& line);
+std::string shown_from(Detail least, const std::string& line);
 /// Whether a line belongs to a derivation of this detail.
-bool is_told(const std::string& line, Detail detail);
+bool is_shown(const std::string& line, Detail detail);
 
 enum class Notation { text, latex };
 /// The line with its marks written out.

@@ -31,7 +31,7 @@ Vec relative(const Vec& r, const Mat& J, const Vec& omega) {
 /// component and mobile on another, like a parallelogram with a third crank: intended is the component with
 /// more mobile coordinates. Or joints coincide on one component, as in Peaucellier's linkage: bars between
 /// them are then redundant and the rank is lower.
-bool is_rather_meant(const ConstraintRank& one, const ConstraintRank& other) {
+bool is_intended_component(const ConstraintRank& one, const ConstraintRank& other) {
   const auto moves_more = [](const ConstraintRank& a, const ConstraintRank& b) {
     return std::any_of(a.free.begin(), a.free.end(), [&](Expr q) { return !b.free.count(q); });
   };
@@ -137,7 +137,7 @@ double ConstraintPositions::driven_speed(const NumericArray& kept, const std::ve
 /// step is shortened if it leads to no position or a distant one, since q may be small relative to its
 /// distance from the origin. It is also shortened if other constraints are violated but have no gradient of
 /// their own there: then it has crossed a position at which the kept ones are dependent.
-bool ConstraintPositions::hold_beside(ConstraintRank& found, const NumericArray& kept, const Vec& at,
+bool ConstraintPositions::hold_nearby(ConstraintRank& found, const NumericArray& kept, const Vec& at,
                                       const Known& known) const {
   constexpr double shares[] = {0.05, 5e-3, 5e-4,
                                5e-5};  // residuals grow like the square of the step if nothing is implied
@@ -191,7 +191,7 @@ ConstraintRank ConstraintPositions::judge(const Vec& at, const Known& known) con
   const RankGap rank = rank_with_gap(all_.jacobian(exact->w, known));
   if (rank.rank < found.rank && (exact->w - at).norm() > 0)
     return judge(exact->w, known);  // `at` was not exact
-  if (rank.rank != found.rank || rank.gap < clear_gap || !hold_beside(found, kept, exact->w, known))
+  if (rank.rank != found.rank || rank.gap < clear_gap || !hold_nearby(found, kept, exact->w, known))
     return found;
   found.verdict = Verdict::implied;
   found.position = known;
@@ -220,7 +220,7 @@ ConstraintRank ConstraintPositions::anywhere() const {
     if (!at) continue;
     const ConstraintRank found = judge(*at, given);
     const bool counts = found.verdict == Verdict::implied || found.verdict == Verdict::independent;
-    if (counts && (best.verdict == Verdict::no_position || is_rather_meant(found, best))) best = found;
+    if (counts && (best.verdict == Verdict::no_position || is_intended_component(found, best))) best = found;
     if (best.verdict == Verdict::independent && best.free.size() == q_.size()) break;
   }
   return best;

@@ -55,7 +55,7 @@ class ConstraintPositions {
   std::vector<int> well_conditioned(Mat J) const;
   double driven_speed(const NumericArray& kept, const std::vector<int>& rows, const Vec& at,
                       const Known& known) const;
-  bool hold_beside(ConstraintRank& found, const NumericArray& kept, const Vec& at, const Known& known) const;
+  bool hold_nearby(ConstraintRank& found, const NumericArray& kept, const Vec& at, const Known& known) const;
   bool all_hold(const Vec& at, const Known& known) const;
 
   std::vector<Expr> C_, q_;

@@ -121,7 +121,7 @@ Expr over_one_denominator(Expr e) {
 void tell_solution(const Remainder& r, const MatX& A, std::vector<std::string>& lines) {
   const VecX b = right_side(r).unaryExpr(&readable_entry);
   if (std::any_of(b.begin(), b.end(), [](Expr e) { return !is_short(e, longest_node); })) {
-    lines.push_back(told_from(Detail::every, "     " + formula("b = ", ref(b))));
+    lines.push_back(shown_from(Detail::every, "     " + formula("b = ", ref(b))));
     return;
   }
   const VecX unknowns = column(r.unknowns);
@@ -137,17 +137,17 @@ void tell_solution(const Remainder& r, const MatX& A, std::vector<std::string>& 
     values[unknowns[i]] = w;
   }
   if (static_cast<Index>(values.size()) < b.size()) {
-    lines.push_back(told_from(Detail::every, "     " + formula("b = ", ref(b))));
+    lines.push_back(shown_from(Detail::every, "     " + formula("b = ", ref(b))));
     return;
   }
   for (Index i = 0; i < b.size(); ++i)
     lines.push_back(
-        told_from(Detail::full, text(i == 0 ? "     so that  " : "              ",
-                                     formula(ref(unknowns[i]), " = ", ref(values.at(unknowns[i]))),
-                                     by_constraints ? "  on the constraints" : "")));
+        shown_from(Detail::full, text(i == 0 ? "     so that  " : "              ",
+                                      formula(ref(unknowns[i]), " = ", ref(values.at(unknowns[i]))),
+                                      by_constraints ? "  on the constraints" : "")));
   for (Expr x : r.direct) {
     const Expr f = readable_entry(substitute(r.known.at(x), values));
-    if (is_readable(f)) lines.push_back(told_from(Detail::every, "     " + formula(ref(x), " = ", ref(f))));
+    if (is_readable(f)) lines.push_back(shown_from(Detail::every, "     " + formula(ref(x), " = ", ref(f))));
   }
 }
 
@@ -155,12 +155,12 @@ void tell_mechanics(const Model& m, std::vector<std::string>& lines) {
   if (!m.mechanics || m.mechanics->C.size() == 0) return;
   // the rows for z of least norm are included
   if (m.blocks.back().rhs.size() < m.mechanics->C.size()) return;
-  lines.push_back(told_from(Detail::full,
-                            text("     It is  ", formula("[W Cqᵀ; Cq 0]"), "  with  ", formula("Cq = ∂C/∂q"),
-                                 ": regular where ", formula("W > 0"), " on ker ", formula("Cq"))));
-  lines.push_back(told_from(Detail::full, text("     (every motion has kinetic energy) and ", formula("Cq"),
-                                               " has full row rank; it fails where")));
-  lines.push_back(told_from(Detail::full, "     the gradients of the constraints become dependent."));
+  lines.push_back(shown_from(Detail::full,
+                             text("     It is  ", formula("[W Cqᵀ; Cq 0]"), "  with  ", formula("Cq = ∂C/∂q"),
+                                  ": regular where ", formula("W > 0"), " on ker ", formula("Cq"))));
+  lines.push_back(shown_from(Detail::full, text("     (every motion has kinetic energy) and ", formula("Cq"),
+                                                " has full row rank; it fails where")));
+  lines.push_back(shown_from(Detail::full, "     the gradients of the constraints become dependent."));
 }
 
 }  // namespace
@@ -200,7 +200,7 @@ std::vector<std::string> rank_reason(const Model& low) {
                   [&](Expr e) { return depends_on_any(e, unknown) || !is_readable(e); }))
     return lines;
   if (!r.direct.empty())
-    lines.push_back(told_from(
+    lines.push_back(shown_from(
         Detail::full,
         text("     ", join(r.solved_labels, ", "), r.solved_labels.size() == 1 ? " gives " : " give ",
              grouped_names(r.direct), " directly; substituting into ", join(r.labels_left, ", "), " leaves  ",
@@ -208,14 +208,14 @@ std::vector<std::string> rank_reason(const Model& low) {
                     : formula("A w = b, w = ", ref(column(r.unknowns))),
              "  with")));
   lines.push_back(
-      told_from(Detail::full, "     " + (n == 1 ? formula("A = ", ref(A(0, 0))) : formula("A = ", ref(A)))));
+      shown_from(Detail::full, "     " + (n == 1 ? formula("A = ", ref(A(0, 0))) : formula("A = ", ref(A)))));
   const Expr determinant = readable_entry(linalg::determinant(A));
   if (is_readable(determinant)) {
-    if (n > 1) lines.push_back(told_from(Detail::full, "     " + formula("det A = ", ref(determinant))));
+    if (n > 1) lines.push_back(shown_from(Detail::full, "     " + formula("det A = ", ref(determinant))));
     const std::string where = conditions(determinant, low);
     if (!where.empty())
       lines.push_back(
-          told_from(Detail::full, text("     ", formula("A"), " is regular where  ", where, ".")));
+          shown_from(Detail::full, text("     ", formula("A"), " is regular where  ", where, ".")));
   }
   tell_solution(r, A, lines);
   return lines;

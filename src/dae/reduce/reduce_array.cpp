@@ -314,22 +314,22 @@ void tell_selection(ModelOptions& options, const Model& m, const ArrayAt& a, con
                                " equations and their derivatives up to order ", index,
                                " determine the derivatives of all unknowns."));
   options.trace.push_back(
-      told_from(Detail::full,
-                "     Of these rows as many are kept as determine them (rank of the derivative "
-                "array at a point of the solution):"));
+      shown_from(Detail::full,
+                 "     Of these rows as many are kept as determine them (rank of the derivative "
+                 "array at a point of the solution):"));
   std::map<int, std::vector<std::string>> by_order;
   for (Index i : s.rows)
     by_order[static_cast<int>(i) / n].push_back(m.label(static_cast<std::size_t>(i) % a.array.equations()));
   for (const auto& [k, rows] : by_order)
     options.trace.push_back(text("     ", k == 0 ? "as they were written" : "differentiated " + times(k),
                                  ": ", join(rows, ", ")));
-  options.trace.push_back(told_from(
+  options.trace.push_back(shown_from(
       Detail::full,
       text("     Derivatives that the rows contain besides those of the states become algebraic unknowns: ",
            grouped_names(r.made))));
   if (!options.x.empty()) options.trace.push_back("     States: " + grouped_names(options.x));
   options.trace.push_back("     The index is 1, every constraint is an equation, nothing drifts.");
-  options.trace.push_back(told_from(
+  options.trace.push_back(shown_from(
       Detail::full,
       "     The rows were chosen at a point of the solution; reduce(\"array\", { at = sys:init{ … } }) "
       "chooses the rows that suit a start."));

@@ -166,7 +166,7 @@ void tell_choice(const std::vector<Expr>& rows, const Model& m, const Offsets& o
   const Expr determinant = simplify(linalg::determinant(J));
   if (display_width(to_text(determinant)) > widest) return;
   const auto tell = [&](const auto&... parts) {
-    trace.push_back(told_from(Detail::full, text("     ", parts...)));
+    trace.push_back(shown_from(Detail::full, text("     ", parts...)));
   };
   const std::string where =
       exact_value(determinant) ? "" : text(" where ", formula(ref(determinant), " ≠ 0"));
@@ -209,14 +209,14 @@ ModelPtr reduce_dummy(const ModelPtr& model, const DummySelection& selection) {
   }
   options.z.insert(options.z.end(), made.begin(), made.end());
   options.trace.push_back(
-      told_from(Detail::full,
-                text("     Each equation is kept together with its derivatives: ", selection.dummies.size(),
-                     " equations more than unknowns. As many derivatives become algebraic unknowns:")));
+      shown_from(Detail::full,
+                 text("     Each equation is kept together with its derivatives: ", selection.dummies.size(),
+                      " equations more than unknowns. As many derivatives become algebraic unknowns:")));
   options.trace.push_back(
       text("     ", names_of(selection.dummies), " are replaced by the dummy derivatives ", names_of(made)));
   tell_choice(highest, *source, a.offsets, selection, options.trace);
   options.trace.push_back(text("     States: ", names_of(states), "."));
-  options.trace.push_back(told_from(
+  options.trace.push_back(shown_from(
       Detail::full,
       text("     Quality of the choice ", rounded(selection.quality, 3),
            " (1 for the best choice there is, 0 where J is singular); integrate() compares it with the best "
@@ -231,9 +231,9 @@ ModelPtr reduce_dummy(const ModelPtr& model, const ReduceOptions& options) {
   const ModelPtr done = reduce_dummy(model, selection);
   if (!options.at.empty()) return done;
   auto copy = std::make_shared<Model>(*done);
-  copy->trace.push_back(told_from(Detail::full,
-                                  "     The states were chosen at a generic point; reduce(\"dummy\", { at = "
-                                  "sys:init{ … } }) chooses them at a start."));
+  copy->trace.push_back(shown_from(Detail::full,
+                                   "     The states were chosen at a generic point; reduce(\"dummy\", { at = "
+                                   "sys:init{ … } }) chooses them at a start."));
   return copy;
 }
 

@@ -216,7 +216,7 @@ class Dependents {
     for (int k = 1; k < static_cast<int>(own.size()); ++k) {
       const Expr y = derivative_leaf(leaf, k), rate = simplify(own.at(y));
       if (display_width(to_text(rate)) <= widest)
-        trace.push_back(told_from(Detail::full, "     " + formula(ref(y), " = ", ref(rate))));
+        trace.push_back(shown_from(Detail::full, "     " + formula(ref(y), " = ", ref(rate))));
     }
   }
 
@@ -275,11 +275,11 @@ void tell_equations(const std::vector<Block>& blocks, std::vector<std::string>& 
   Index rows = 0;
   for (const Block& b : blocks) rows += b.lhs.size();
   if (rows > most) return;
-  trace.push_back(told_from(Detail::full, "     What remains of the equations:"));
+  trace.push_back(shown_from(Detail::full, "     What remains of the equations:"));
   for (const Block& b : blocks)
     for (Index r = 0; r < b.lhs.size(); ++r)
       if (display_width(to_text(b.lhs[r])) + display_width(to_text(b.rhs[r])) <= widest)
-        trace.push_back(told_from(Detail::full, "     " + formula(ref(b.lhs[r]), " = ", ref(b.rhs[r]))));
+        trace.push_back(shown_from(Detail::full, "     " + formula(ref(b.lhs[r]), " = ", ref(b.rhs[r]))));
 }
 
 ModelPtr eliminated(const ModelPtr& m) {

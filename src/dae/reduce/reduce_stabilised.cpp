@@ -151,20 +151,20 @@ std::vector<std::string> ggl_derivation(const std::vector<Chain>& positions, con
     lines.push_back(
         text("     ", chain.below[1].label, ":  ", formula("0 = ", ref(chain.below[1].residual))));
   lines.push_back(
-      told_from(Detail::full, text("     That makes ", mu.size(), one ? " equation" : " equations",
-                                   " more than unknowns. ", one ? "A new multiplier " : "New multipliers ",
-                                   grouped_names(mu), one ? " acts" : " act", " on q′ as z acts on v′:")));
+      shown_from(Detail::full, text("     That makes ", mu.size(), one ? " equation" : " equations",
+                                    " more than unknowns. ", one ? "A new multiplier " : "New multipliers ",
+                                    grouped_names(mu), one ? " acts" : " act", " on q′ as z acts on v′:")));
   lines.push_back(text("     ", formula("q′ = v - Cqᵀ μ,  Cq = ∂C/∂q")));
-  lines.push_back(told_from(
+  lines.push_back(shown_from(
       Detail::full,
       text("     On the exact solution ", formula("μ = 0"), ": ", formula("C = 0"), " gives ",
            formula("0 = Cq q′ = Cq v - Cq Cqᵀ μ"), ", the new equation is ", formula("0 = Cq v"), ",")));
-  lines.push_back(told_from(
+  lines.push_back(shown_from(
       Detail::full, text("     and ", formula("Cq Cqᵀ μ = 0"), " implies ", formula("μ = 0"), " where ",
                          formula("Cq"), " has full row rank. So ", formula("q′ = v"), ", as before.")));
   if (const std::string gram = gram_matrix(positions); !gram.empty())
-    lines.push_back(told_from(Detail::every, "     " + gram));
-  lines.push_back(told_from(
+    lines.push_back(shown_from(Detail::every, "     " + gram));
+  lines.push_back(shown_from(
       Detail::full, text("     One more differentiation of ", formula("C = 0"), " and ", formula("Cq v = 0"),
                          " contains ", formula("Cq Cqᵀ μ"), " and ", formula("Cq W⁻¹ Cqᵀ z"),
                          ", which determine ", formula("μ"), " and ", formula("z"), ".")));

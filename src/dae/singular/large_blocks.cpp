@@ -51,7 +51,7 @@ class Gradients {
     std::map<int, int> column;
     std::vector<Row> kept;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
-      if (gone_.count(i)) continue;
+      if (removed_.count(i)) continue;
       names.push_back(names_[i]);
       kept.emplace_back();
       for (const auto& [j, value] : rows_[i])
@@ -65,12 +65,12 @@ class Gradients {
  private:
   bool used_up(std::size_t i) {
     const Row row = rows_[i];
-    if (gone_.count(i) || row.empty() || row.size() > 2) return false;
+    if (removed_.count(i) || row.empty() || row.size() > 2) return false;
     for (const auto& [j, value] : row)
       if (!value.is_constant() || value.is_zero()) return false;
     const auto [j, pivot] = *row.begin();
     for (std::size_t k : users_[j]) {
-      if (k == i || gone_.count(k)) continue;
+      if (k == i || removed_.count(k)) continue;
       const auto at = rows_[k].find(j);
       if (at == rows_[k].end()) continue;
       const Expr factor = at->second / pivot;
@@ -86,14 +86,14 @@ class Gradients {
       }
     }
     rows_[i].clear();
-    gone_[i] = true;
+    removed_[i] = true;
     return true;
   }
 
   std::vector<Row> rows_;
   std::vector<std::string> names_;
   std::map<int, std::vector<std::size_t>> users_;
-  std::map<std::size_t, bool> gone_;
+  std::map<std::size_t, bool> removed_;
 };
 
 /// J = [M F; G 0]: G the differentiated rows, F the columns that do not occur in G.

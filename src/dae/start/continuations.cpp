@@ -14,9 +14,9 @@
 #include "dae/rank/rank.hpp"
 #include "dae/rank/rank_with_gap.hpp"
 #include "dae/reduce/reduce.hpp"
+#include "dae/start/continuation_check.hpp"
 #include "dae/start/numeric_arrays.hpp"
 #include "dae/start/start_system.hpp"
-#include "dae/start/way_check.hpp"
 #include "expr/print/print.hpp"
 
 namespace pendula::dae {
@@ -117,19 +117,21 @@ Order of_order(const std::vector<Expr>& states, const std::vector<Expr>& all, in
 }
 
 /// The states are taken from the given point, since the search has moved them slightly.
-std::vector<WayOn> ways_of(const std::vector<Cluster>& found, const Order& order, const WayCheck& check,
-                           const PointValues& point, std::size_t states) {
+std::vector<Continuation> continuations_of(const std::vector<Cluster>& found, const Order& order,
+                                           const ContinuationCheck& check, const PointValues& point,
+                                           std::size_t states) {
   const auto& all = check.numeric().columns();
   const Vec size = check.numeric().unit()(order.columns);
-  std::vector<WayOn> ways;
+  std::vector<Continuation> continuations;
   for (const Cluster& c : found) {
-    WayOn way{"", point, {}, ""};
-    for (std::size_t j = states; j < all.size(); ++j) way.values[all[j]] = c.point[j];
-    name_by(way, differing(c, found, order.leaves, size), check);
-    ways.push_back(std::move(way));
+    Continuation continuation{"", point, {}, ""};
+    for (std::size_t j = states; j < all.size(); ++j) continuation.values[all[j]] = c.point[j];
+    name_by(continuation, differing(c, found, order.leaves, size), check);
+    continuations.push_back(std::move(continuation));
   }
-  std::sort(ways.begin(), ways.end(), [](const WayOn& a, const WayOn& b) { return a.text < b.text; });
-  return ways;
+  std::sort(continuations.begin(), continuations.end(),
+            [](const Continuation& a, const Continuation& b) { return a.text < b.text; });
+  return continuations;
 }
 
 /// A solution of F_k = 0 near given values, with the columns that it leaves open.
@@ -177,51 +179,55 @@ int determined_orders(const std::vector<Expr>& states, const std::vector<Expr>& 
 
 }  // namespace
 
-std::vector<WayOn> ways_on(const Model& m, const PointValues& point) {
+std::vector<Continuation> continuations_at(const Model& m, const PointValues& point) {
   constexpr int most_derivatives = 4;
   constexpr std::size_t affordable = 12, most = 4;
   if (m.variables.size() > affordable || !m.inputs.empty() || m.residuals.size() != m.variables.size())
     return {};
   const auto arrays = numeric_arrays(m);
   const std::vector<Expr>& states = arrays->states();
-  std::vector<WayOn> only;
+  std::vector<Continuation> only;
   for (const bool exact : {true, false})
     for (int k = 1; k <= most_derivatives; ++k) {
       const NumericArray& numeric = arrays->of_order(k);
-      const WayCheck check(m, numeric);
+      const ContinuationCheck check(m, numeric);
       const std::vector<Vec> points = points_near(numeric, static_cast<Index>(states.size()), point, exact);
       for (int order = 1; order <= k && !points.empty(); ++order) {
         const Order derivatives = of_order(states, numeric.columns(), order);
         std::vector<Cluster> found = clusters(points, derivatives.columns, numeric.unit());
         if (found.size() == 1) {
-          if (order == 1) only = ways_of(found, derivatives, check, point, states.size());
-          std::erase_if(only, [&](const WayOn& way) { return !check.goes_on(way); });
+          if (order == 1) only = continuations_of(found, derivatives, check, point, states.size());
+          std::erase_if(only,
+                        [&](const Continuation& continuation) { return !check.exists_along(continuation); });
           continue;
         }
         only.clear();
         const auto alone = std::erase_if(found, [](const Cluster& c) { return c.count == 1; });
         const bool clear = found.size() >= 2 && found.size() <= most && 3 * alone <= points.size();
         if (!clear) break;
-        auto ways = ways_of(found, derivatives, check, point, states.size());
-        std::erase_if(ways, [&](const WayOn& way) { return !check.holds(way) || !check.goes_on(way); });
-        if (ways.size() == 1) name_by(ways[0], undetermined(m, point), check);
-        if (!ways.empty()) return ways;
+        auto continuations = continuations_of(found, derivatives, check, point, states.size());
+        std::erase_if(continuations, [&](const Continuation& continuation) {
+          return !check.holds(continuation) || !check.exists_along(continuation);
+        });
+        if (continuations.size() == 1) name_by(continuations[0], undetermined(m, point), check);
+        if (!continuations.empty()) return continuations;
         break;
       }
     }
-  for (WayOn& way : only) name_by(way, undetermined(m, point), WayCheck(m, arrays->of_order(1)));
+  for (Continuation& continuation : only)
+    name_by(continuation, undetermined(m, point), ContinuationCheck(m, arrays->of_order(1)));
   return only;
 }
 
-std::string ways_text(const std::vector<WayOn>& ways) {
+std::string continuations_text(const std::vector<Continuation>& continuations) {
   std::vector<std::string> words;
-  for (const WayOn& way : ways) words.push_back(way.text);
+  for (const Continuation& continuation : continuations) words.push_back(continuation.text);
   return join(words, " or ");
 }
 
-std::string choices_text(const std::vector<WayOn>& ways) {
+std::string choices_text(const std::vector<Continuation>& continuations) {
   std::vector<std::string> words;
-  for (const WayOn& way : ways) words.push_back(way.choice);
+  for (const Continuation& continuation : continuations) words.push_back(continuation.choice);
   return join(words, " or ");
 }
 
@@ -262,8 +268,8 @@ std::string cannot_choose(const Model& m, Expr leaf, double value) {
               join(keys, " or "));
 }
 
-std::optional<double> meeting_time(const Model& m, const WayExpansion& way, const PointValues& others,
-                                   double to) {
+std::optional<double> meeting_time(const Model& m, const ContinuationExpansion& continuation,
+                                   const PointValues& others, double to) {
   constexpr int samples = 64, halvings = 80;
   constexpr double vanished = 1e-5;  // relative to the largest
   const std::vector<Entry> entries = top_jacobian(m);
@@ -274,22 +280,23 @@ std::optional<double> meeting_time(const Model& m, const WayExpansion& way, cons
   for (const Variable& v : m.variables) order = std::max(order, v.order);
   PointValues values = others;
   const auto size = [&](double t) {
-    for (const auto& [leaf, value] : way.at(t, order)) values[leaf] = value;
+    for (const auto& [leaf, value] : continuation.at(t, order)) values[leaf] = value;
     const auto numbers = pendula::evaluate(slopes, values);
     Mat J = Mat::Zero(n, n);
     for (std::size_t k = 0; k < entries.size(); ++k) J(entries[k].row, entries[k].column) = numbers[k];
     return std::fabs(determinant_by_lu(J));
   };
-  const double step = (to - way.t) / samples;
+  const double step = (to - continuation.t) / samples;
   int lowest = 0;
   double least = INFINITY, largest = 0;
   for (int i = 0; i <= samples; ++i) {
-    const double here = size(way.t + i * step);
+    const double here = size(continuation.t + i * step);
     if (here < least) lowest = i;
     least = std::min(least, here);
     largest = std::max(largest, here);
   }
-  double a = way.t + std::max(lowest - 1, 0) * step, b = way.t + std::min(lowest + 1, samples) * step;
+  double a = continuation.t + std::max(lowest - 1, 0) * step,
+         b = continuation.t + std::min(lowest + 1, samples) * step;
   constexpr double golden = 0.6180339887498949;
   double left = b - golden * (b - a), right = a + golden * (b - a);
   double size_left = size(left), size_right = size(right);
@@ -308,7 +315,7 @@ std::optional<double> meeting_time(const Model& m, const WayExpansion& way, cons
   return t;
 }
 
-PointValues WayExpansion::at(double time, int highest) const {
+PointValues ContinuationExpansion::at(double time, int highest) const {
   PointValues values{{time_symbol(), time}};
   for (const auto& [leaf, d] : about(time).derivatives)
     for (std::size_t order = 0; order < d.size() && order <= static_cast<std::size_t>(highest); ++order)
@@ -320,8 +327,8 @@ PointValues WayExpansion::at(double time, int highest) const {
   return values;
 }
 
-WayExpansion WayExpansion::about(double time) const {
-  WayExpansion moved{time, derivatives};
+ContinuationExpansion ContinuationExpansion::about(double time) const {
+  ContinuationExpansion moved{time, derivatives};
   const double h = time - t;
   for (auto& [leaf, d] : moved.derivatives)
     for (std::size_t order = 0; order < d.size(); ++order) {
@@ -333,7 +340,7 @@ WayExpansion WayExpansion::about(double time) const {
   return moved;
 }
 
-double WayExpansion::last_terms(std::size_t leaf, double distance) const {
+double ContinuationExpansion::last_terms(std::size_t leaf, double distance) const {
   const auto& d = derivatives[leaf].second;
   double power = 1, before = 0, last = 0;
   for (std::size_t k = 1; k < d.size(); ++k) {
@@ -343,15 +350,16 @@ double WayExpansion::last_terms(std::size_t leaf, double distance) const {
   return std::max(before, last);
 }
 
-std::optional<WayExpansion> expansion(const Model& m, const WayOn& way, bool at_meeting) {
+std::optional<ContinuationExpansion> expansion(const Model& m, const Continuation& continuation,
+                                               bool at_meeting) {
   constexpr int most_derivatives = 7;
   constexpr std::size_t long_rows = 1'000;  // nodes
   const auto arrays = numeric_arrays(m);
   const auto states = static_cast<Index>(arrays->states().size());
   auto held = static_cast<Index>(m.states().size());
   const double negligible = at_meeting ? vanishing : 0;
-  PointValues values = way.values;
-  std::optional<WayExpansion> best;
+  PointValues values = continuation.values;
+  std::optional<ContinuationExpansion> best;
   int reached = 0;
   for (int k = 1; k <= most_derivatives && arrays->nodes(k) <= long_rows; ++k) {
     const NumericArray& numeric = arrays->of_order(k);
@@ -367,7 +375,7 @@ std::optional<WayExpansion> expansion(const Model& m, const WayOn& way, bool at_
     const int order = determined_orders(arrays->states(), columns, *solved, k);
     if (order <= reached) continue;
     reached = order;
-    best = WayExpansion{way.values.at(time_symbol()), {}};
+    best = ContinuationExpansion{continuation.values.at(time_symbol()), {}};
     for (Expr state : arrays->states()) {
       std::vector<double> d;
       for (int i = 0; i <= order; ++i) {

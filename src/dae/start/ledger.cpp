@@ -115,7 +115,7 @@ double size_of_terms(Expr e, const std::unordered_map<Expr, double>& point) {
   return size;
 }
 
-std::string ConsistentState::lost_text() const {
+std::string ConsistentState::lost_digits_text() const {
   if (!lost) return "";
   const Expr worst = lost->leaves.front();
   if (lost->is_double_root)
@@ -136,7 +136,7 @@ std::string ConsistentState::ledger() const {
   std::string out = text(consistent ? "consistent" : "inconsistent", " start at t = ", rounded(t), ": ", free,
                          free == 1 ? " free initial value" : " free initial values", "\n");
   out += values_text(rows);
-  if (lost) out += lost_text() + "\n";
+  if (lost) out += lost_digits_text() + "\n";
   if (!moved.empty()) {
     out += "moved onto the constraints\n";
     Table moves;

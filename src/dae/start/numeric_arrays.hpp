@@ -8,8 +8,7 @@
 
 namespace pendula::dae {
 
-/// Whoever looks for ways on from a point asks for the same arrays at every point,
-/// and for every way found there.
+/// A search for continuations uses the same arrays at every point and for every continuation found there.
 class NumericArrays {
  public:
   explicit NumericArrays(const Model& model);

@@ -113,7 +113,7 @@ class JumpSystem {
         break;
     }
     if (takes_means_) take_means(start, jump.change);
-    if (!lands(jump.change, impulse)) return {};
+    if (!satisfies_equations(jump.change, impulse)) return {};
     for (int k = 0; k < 3; ++k) {  // removes errors of rounding and of the steps by minimal corrections
       jump.change -= jacobian(conditions_, form_.x).completeOrthogonalDecomposition().solve(residuals());
       move(start, jump.change);
@@ -208,7 +208,7 @@ class JumpSystem {
     for (Eigen::Index i = 0; i < n_; ++i) values_[form_.x[i]] = start.at(form_.x[i]) + change[i];
   }
   /// Are both parts of the equations satisfied?
-  bool lands(const Vec& change, const Vec& impulse) const {
+  bool satisfies_equations(const Vec& change, const Vec& impulse) const {
     const Vec r = E_ * change + B_ * impulse;
     const Vec size =
         E_.cwiseAbs() * (size_ + change.cwiseAbs()) + B_.cwiseAbs() * (impulse_size_ + impulse.cwiseAbs());

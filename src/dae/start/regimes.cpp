@@ -332,16 +332,18 @@ std::optional<RegimeStart> Regimes::enter_one(const StartRequest& before, std::u
     std::vector<int> signs = signs_after(regime.region, *at, jump->jumps ? *jump : Jump{}, accuracy.border);
     const auto leaves = [&] { return std::find(signs.begin(), signs.end(), -1) != signs.end(); };
     if (leaves()) return refused("its solution from these values moves outside this region");
-    std::vector<Expr> struck;
+    std::vector<Expr> impulse_margins;
     if (jump->jumps) {
       for (std::size_t k = 0; k < regime.region.margins.size(); ++k)
         if (impulse_through(regime.region.margins[k], *at, *jump, accuracy.border) > 0)
-          struck.push_back(choices_.region(choice ^ (std::uint64_t{1} << k)).margins[k]);
+          impulse_margins.push_back(choices_.region(choice ^ (std::uint64_t{1} << k)).margins[k]);
       signs = signs_after(regime.region, *at, {}, accuracy.border);
       if (leaves()) {  // an impact that leaves the region at once
         auto next = enter_within(request, choice, choice, accuracy, why);
         if (next) next->jumps = true;
-        if (next) next->struck.insert(next->struck.end(), struck.begin(), struck.end());
+        if (next)
+          next->impulse_margins.insert(next->impulse_margins.end(), impulse_margins.begin(),
+                                       impulse_margins.end());
         return next;
       }
     }
@@ -350,7 +352,7 @@ std::optional<RegimeStart> Regimes::enter_one(const StartRequest& before, std::u
       if (signs[k] == 0 && !regime.region.margins[k].is_constant())
         undecided.push_back(regime.region.margins[k]);
     std::vector<double> slack = slack_of(regime.region, *at, signs, accuracy);
-    return RegimeStart{&regime, at, jump->jumps, std::move(slack), undecided, struck};
+    return RegimeStart{&regime, at, jump->jumps, std::move(slack), undecided, impulse_margins};
   } catch (const UserFacing& e) {
     return refused(e.what());
   }

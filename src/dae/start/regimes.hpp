@@ -37,7 +37,8 @@ struct RegimeStart {
   bool jumps;                   ///< x⁺ ≠ x⁻
   std::vector<double> slack;    ///< of each margin: what rounding may take from one that stays 0
   std::vector<Expr> undecided;  ///< margins that are 0 with all derivatives that are known
-  std::vector<Expr> struck;     ///< on the other sides, margins of those that an impulse went through: gaps
+  /// On the other sides, margins of those that an impulse went through: gaps.
+  std::vector<Expr> impulse_margins;
 };
 
 /// Some regimes have another index, or fewer degrees of freedom, than the model as a whole; also where an

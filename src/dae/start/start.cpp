@@ -233,7 +233,7 @@ ConsistentStatePtr init(const ModelPtr& model, const StartRequest& request) {
   if (!solution.solved)
     if (StartSolution other = solve_by_orders(model, s); other.solved) solution = std::move(other);
   if (!solution.solved)
-    if (StartSolution other = solve_from_afar(model, s); other.solved) solution = std::move(other);
+    if (StartSolution other = solve_with_more_guesses(model, s); other.solved) solution = std::move(other);
   if (!solution.solved && request.nearest) solution = nearest_start(s);
   if (!solution.solved) explain_conflict(s, solution);
   clean(s, solution.w, solution.slow);

@@ -87,7 +87,7 @@ class ConsistentState {
   std::optional<double> value_for(const Model& other, Expr leaf) const;
   std::string ledger() const;
   /// "rounding errors of the equations leave z = … uncertain by about …", or "".
-  std::string lost_text() const;
+  std::string lost_digits_text() const;
   /// Other roots that the equations have for the same fixes, found from mirrored starting points; at most a
   /// few, small models only. Cost: some further solves.
   std::vector<Branch> branches() const;

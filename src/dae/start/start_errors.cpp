@@ -205,8 +205,8 @@ static std::string singular_here(const ModelPtr& model, const StartSystem& s, co
   const Crossing crossing = crossing_at(model, s, w);
   std::string words = text("\n  The equations are singular here", crossing.factors.empty() ? "" : ", where ",
                            crossing.factors, ": rank ", rank, " of ", s.first_fix, ". ");
-  if (crossing.ways.empty()) return words + "Another point may be regular: guess = { … }";
-  return words + text("Solutions meet here and go on with ", crossing.ways,
+  if (crossing.continuations.empty()) return words + "Another point may be regular: guess = { … }";
+  return words + text("Solutions meet here and go on with ", crossing.continuations,
                       ":\n  begin near this point, guess = { … }, or choose one in integrate, branch = ",
                       crossing.choices);
 }

@@ -163,9 +163,10 @@ Crossing crossing_at(const ModelPtr& model, const StartSystem& s, const Vec& w) 
   const auto point = s.point(w);
   Crossing crossing{vanishing(model, point), "", ""};
   if (!model->form.empty()) return crossing;
-  if (const std::vector<WayOn> ways = ways_on(*model, point); ways.size() > 1) {
-    crossing.ways = ways_text(ways);
-    crossing.choices = choices_text(ways);
+  if (const std::vector<Continuation> continuations = continuations_at(*model, point);
+      continuations.size() > 1) {
+    crossing.continuations = continuations_text(continuations);
+    crossing.choices = choices_text(continuations);
   }
   return crossing;
 }
@@ -179,9 +180,9 @@ std::string ConsistentState::crossing() const {
   const Mat J = s.top_jacobian(w);
   if (J.size() == 0 || !J.allFinite() || rank_with_gap(J).rank == J.rows()) return "";
   const Crossing here = crossing_at(model, s, w);
-  if (here.ways.empty()) return "";
+  if (here.continuations.empty()) return "";
   return text(here.factors.empty() ? "" : here.factors + " here, ", "where solutions meet: they go on with ",
-              here.ways, "; integrate follows one with branch = ", here.choices);
+              here.continuations, "; integrate follows one with branch = ", here.choices);
 }
 
 std::string redundancy_hint(const ModelPtr& model, const std::vector<Expr>& open) {

@@ -394,7 +394,7 @@ StartSolution solve_by_orders(const ModelPtr& model, const StartSystem& s) {
   return solve_start(StartSystem(model, request));
 }
 
-StartSolution solve_from_afar(const ModelPtr& model, const StartSystem& s) {
+StartSolution solve_with_more_guesses(const ModelPtr& model, const StartSystem& s) {
   constexpr std::size_t most_unknowns = 60;
   constexpr int most_points = 48;
   constexpr double sizes[] = {1, -1, 3, -3, 0.3, -0.3};  // in units

@@ -145,7 +145,7 @@ StartSolution solve_start(const StartSystem& s, const Selection& selection = {})
 constexpr int start_attempts = 5;
 /// Where the guess leads nowhere: with a guess for one more unknown after the other. Small models only, and
 /// not where intervals prove that there is no solution.
-StartSolution solve_from_afar(const ModelPtr& model, const StartSystem& s);
+StartSolution solve_with_more_guesses(const ModelPtr& model, const StartSystem& s);
 /// Where the equations to be solved are of form "array": from derivatives that are found order by order.
 StartSolution solve_by_orders(const ModelPtr& model, const StartSystem& s);
 /// Values that are fixed, unless their row is not selected, are as given; guesses too at the first attempt.
@@ -193,9 +193,9 @@ void require_regular_point(const ModelPtr& model, const StartSystem& s, const Ve
 /// What vanishes at a point where the equations do not determine x′ and z, and how solutions go on from it:
 /// the end of a sentence such as "The equations are singular here". "" where neither is known.
 struct Crossing {
-  std::string factors;  ///< "z = 0"
-  std::string ways;     ///< "z′ = -1 or z′ = 1"
-  std::string choices;  ///< "{ [z.dot] = -1 } or { [z.dot] = 1 }"
+  std::string factors;        ///< "z = 0"
+  std::string continuations;  ///< "z′ = -1 or z′ = 1"
+  std::string choices;        ///< "{ [z.dot] = -1 } or { [z.dot] = 1 }"
 };
 Crossing crossing_at(const ModelPtr& model, const StartSystem& s, const Vec& w);
 

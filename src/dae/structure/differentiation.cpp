@@ -56,8 +56,8 @@ class Differentiation {
       reduce_block(b, first, rows);
       first += rows;
     }
-    if (told_ > most_told)
-      result.trace.push_back(text("… and ", told_ - most_told, " more equations in the same way"));
+    if (explained_ > most_explained)
+      result.trace.push_back(text("… and ", explained_ - most_explained, " more equations in the same way"));
   }
 
   Differentiated result;
@@ -98,20 +98,20 @@ class Differentiation {
     VecX residual = column(std::span(m_.residuals).subspan(first, rows));
     for (Eigen::Index r = 0; r < residual.size(); ++r)  // 0 = C reads better than 0 = -C
       if (m_.blocks[b].lhs[r].is_zero()) residual[r] = m_.blocks[b].rhs[r];
-    const bool whole = uniform && is_told_whole(residual);
+    const bool whole = uniform && is_shown_whole(residual);
     // rows with the same treatment share their lines
     std::vector<std::vector<std::string>> lines_of_rows(whole ? 1 : rows);
-    const auto tell = [&](std::size_t r, const std::string& before, const std::string& after) {
+    const auto add_line = [&](std::size_t r, const std::string& before, const std::string& after) {
       lines_of_rows[r].push_back(
           before + (whole ? formula("0 = ", ref(residual)) : formula("0 = ", ref(residual[r]))) + after);
     };
     for (std::size_t r = 0; r < lines_of_rows.size(); ++r)
       if (const int n = times(first + r); n > 0)
-        tell(r, (whole ? number(r) : m_.label(first + r)) + "  ",
-             text("   is differentiated ", n == 1   ? "once"
-                                           : n == 2 ? "twice"
-                                                    : text(n, " times")));
-    if (told_ < most_told) tell_why(residual, lines_of_rows);
+        add_line(r, (whole ? number(r) : m_.label(first + r)) + "  ",
+                 text("   is differentiated ", n == 1   ? "once"
+                                               : n == 2 ? "twice"
+                                                        : text(n, " times")));
+    if (explained_ < most_explained) explain(residual, lines_of_rows);
     const VecX given = residual;
     for (int k = 0; k < most; ++k) {
       for (std::size_t r = 0; r < rows; ++r) {
@@ -123,13 +123,14 @@ class Differentiation {
       }
       for (std::size_t r = 0; r < lines_of_rows.size(); ++r)
         if (k < times(first + r))
-          tell(r,
-               text("     ",
-                    k == 0 ? formula("d/dt") : formula("d", superscript(k + 1), "/dt", superscript(k + 1)),
-                    ":  "),
-               "");
+          add_line(
+              r,
+              text("     ",
+                   k == 0 ? formula("d/dt") : formula("d", superscript(k + 1), "/dt", superscript(k + 1)),
+                   ":  "),
+              "");
     }
-    if (++told_ <= most_told)
+    if (++explained_ <= most_explained)
       for (const auto& lines : lines_of_rows)
         result.trace.insert(result.trace.end(), lines.begin(), lines.end());
     Block block{m_.blocks[b].lhs, m_.blocks[b].rhs, "", m_.blocks[b].rewritten};
@@ -155,14 +156,14 @@ class Differentiation {
   }
 
   /// Scalar equations are described row by row; a column that reads as a vector, or a long one, as a whole.
-  static bool is_told_whole(const VecX& residual) {
+  static bool is_shown_whole(const VecX& residual) {
     constexpr Eigen::Index most_apart = 8;
     return residual.size() == 1 || residual.size() > most_apart ||
            rows_per_line(VecX::Zero(residual.size()), residual) > 1;
   }
 
   /// Explains that the equation contains none of the unknowns to be determined.
-  void tell_why(const VecX& residual, std::vector<std::vector<std::string>>& lines) const {
+  void explain(const VecX& residual, std::vector<std::vector<std::string>>& lines) const {
     const auto z = m_.algebraic();
     const std::unordered_set<Expr> algebraic(z.begin(), z.end());
     for (Expr leaf : leaves(entries(residual)))
@@ -174,9 +175,9 @@ class Differentiation {
     for (auto& list : lines)
       if (!list.empty())
         list.push_back(
-            told_from(Detail::full, text("     because it contains ", z.empty() ? "none of " : "neither ",
-                                         unknowns, z.empty() ? "" : text(" nor ", grouped_names(z)),
-                                         ", which the equations have to determine:")));
+            shown_from(Detail::full, text("     because it contains ", z.empty() ? "none of " : "neither ",
+                                          unknowns, z.empty() ? "" : text(" nor ", grouped_names(z)),
+                                          ", which the equations have to determine:")));
   }
 
   static std::string differentiated(const std::string& what, int times) {
@@ -185,11 +186,11 @@ class Differentiation {
 
   const Model& m_;
   const Offsets& o_;
-  static constexpr int most_told = 60;  // equations; more descriptions would not help
+  static constexpr int most_explained = 60;  // equations; more descriptions would not help
   Substitution known_;
   TaylorSeries series_;  ///< along the rows of known_
   std::unordered_set<Expr> top_;
-  int told_ = 0;
+  int explained_ = 0;
 };
 
 }  // namespace

@@ -130,9 +130,9 @@ Systems& systems() {
 }
 
 /// Simplifies a system before it becomes a node: removes unknowns that need no elimination.
-class Peeling {
+class SystemReduction {
  public:
-  Peeling(const std::vector<Entry>& A, const VecX& b, Symmetry known)
+  SystemReduction(const std::vector<Entry>& A, const VecX& b, Symmetry known)
       : b_(b),
         x_(b.size()),
         rows_(static_cast<std::size_t>(b.size())),
@@ -292,11 +292,11 @@ std::vector<Entry> matrix_of(const LinearSystem& s, bool transposed = false) {
 }  // namespace
 
 VecX linear_solution(const std::vector<Entry>& A, const VecX& b, bool definite) {
-  return Peeling(A, b, {definite, 0}).solution();
+  return SystemReduction(A, b, {definite, 0}).solution();
 }
 
 VecX saddle_solution(const std::vector<Entry>& A, const VecX& b, int leading) {
-  return Peeling(A, b, {false, leading}).solution();
+  return SystemReduction(A, b, {false, leading}).solution();
 }
 
 VecX linear_solution(const MatX& A, const VecX& b) {
@@ -332,7 +332,7 @@ VecX mapped_solution(Expr head, const std::function<Expr(Expr)>& image) {
     b[i] = image(s.b(i));
     same = same && b[i] == s.b(i);
   }
-  if (!same) return Peeling(A, b, symmetry_of(s)).solution();
+  if (!same) return SystemReduction(A, b, symmetry_of(s)).solution();
   for (int i = 0; i < s.size; ++i) x[i] = component(head, i);
   return x;
 }
@@ -344,14 +344,14 @@ VecX solution_tangent(Expr head, const std::function<Expr(Expr)>& d) {
   for (const Entry& e : matrix_of(s))
     if (const Expr slope = d(e.value); !slope.is_zero()) right[e.row] -= slope * component(head, e.column);
   const bool moves = std::any_of(right.begin(), right.end(), [](Expr e) { return !e.is_zero(); });
-  return moves ? Peeling(matrix_of(s), right, symmetry_of(s)).solution() : VecX(VecX::Zero(s.size));
+  return moves ? SystemReduction(matrix_of(s), right, symmetry_of(s)).solution() : VecX(VecX::Zero(s.size));
 }
 
 void solution_adjoint(Expr head, const VecX& adjoints, const std::function<bool(Expr)>& active,
                       const std::function<void(Expr, Expr)>& add) {
   if (std::all_of(adjoints.begin(), adjoints.end(), [](Expr e) { return e.is_zero(); })) return;
   const LinearSystem& s = system_of(head);
-  const VecX lambda = Peeling(matrix_of(s, true), adjoints, symmetry_of(s)).solution();
+  const VecX lambda = SystemReduction(matrix_of(s, true), adjoints, symmetry_of(s)).solution();
   for (int i = 0; i < s.size; ++i)
     if (!lambda[i].is_zero() && active(s.b(i))) add(s.b(i), lambda[i]);
   for (const Entry& e : matrix_of(s))

@@ -11,18 +11,18 @@ namespace pendula {
 namespace {
 
 #ifdef __SANITIZE_ADDRESS__
-constexpr std::size_t largest_kept = 0;  // with sanitizers every use of freed memory must be detected
+constexpr std::size_t largest_listed = 0;  // with sanitizers every use of freed memory must be detected
 #else
-constexpr std::size_t largest_kept = 64;
+constexpr std::size_t largest_listed = 64;
 #endif
-constexpr std::size_t step = 8;  ///< a limb
-constexpr int most_kept = 4096;  ///< of each size
+constexpr std::size_t step = 8;    ///< a limb
+constexpr int most_listed = 4096;  ///< of each size
 
 /// Free lists of small blocks, by size. Nearly all rationals have one limb each in numerator and denominator
 /// and live for one operation; malloc and free were 40 % of the time of simplify.
-class Kept {
+class FreeLists {
  public:
-  static bool is_small(std::size_t size) { return size <= largest_kept && !ended; }
+  static bool is_small(std::size_t size) { return size <= largest_listed && !ended; }
 
   /// A block of this size; null if there is none.
   void* take(std::size_t size) {
@@ -36,12 +36,12 @@ class Kept {
   /// Keeps a freed block; false if there are enough.
   bool keep(void* memory, std::size_t size) {
     List& list = lists_[number_of(size)];
-    if (list.count >= most_kept) return false;
+    if (list.count >= most_listed) return false;
     list.first = new (memory) Piece{list.first};
     ++list.count;
     return true;
   }
-  ~Kept() {
+  ~FreeLists() {
     ended = true;
     for (List& list : lists_)
       while (list.first) std::free(std::exchange(list.first, list.first->next));
@@ -56,25 +56,27 @@ class Kept {
     int count = 0;
   };
   static std::size_t number_of(std::size_t size) { return (size + step - 1) / step; }
-  std::array<List, largest_kept / step + 1> lists_;
+  std::array<List, largest_listed / step + 1> lists_;
   static thread_local bool ended;  ///< for numbers that outlive the lists of their thread
 };
 
-thread_local bool Kept::ended = false;
-thread_local Kept kept;
+thread_local bool FreeLists::ended = false;
+thread_local FreeLists free_lists;
 
 /// The full size of a block, whatever smaller size was requested.
-std::size_t whole(std::size_t size) { return size <= largest_kept ? (size + step - 1) / step * step : size; }
+std::size_t whole(std::size_t size) {
+  return size <= largest_listed ? (size + step - 1) / step * step : size;
+}
 
 void release(void* memory, std::size_t size) {
-  if (!Kept::is_small(size) || !kept.keep(memory, size)) std::free(memory);
+  if (!FreeLists::is_small(size) || !free_lists.keep(memory, size)) std::free(memory);
 }
 
 }  // namespace
 
 void* exact_memory::allocate(std::size_t size) {
-  if (Kept::is_small(size))
-    if (void* memory = kept.take(size)) return memory;
+  if (FreeLists::is_small(size))
+    if (void* memory = free_lists.take(size)) return memory;
   if (void* memory = std::malloc(size ? whole(size) : step)) return memory;
   throw std::bad_alloc();
 }

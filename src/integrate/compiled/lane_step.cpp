@@ -246,7 +246,7 @@ Program LaneEmitter::step() {
   // Conditions under which the loop over the steps must inspect a lane.
   const Formula smallest = greater(10 * eps * magnitude(t), 1e-300);
   const Formula vanished = both(magnitude(h) <= smallest, either(h < left, before.repeated));
-  Formula attention = either(both(accepted, value(s.given[lane::look_at]) <= arrival), vanished);
+  Formula attention = either(both(accepted, value(s.given[lane::next_stop]) <= arrival), vanished);
   attention = either(attention, value(s.given[lane::most_steps]) <= after.accepted);
   if (watch_) attention = either(attention, Controller::is_stiff(after));
   Slots results{choose(accepted, arrival, t).slot(w),

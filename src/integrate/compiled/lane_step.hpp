@@ -33,7 +33,7 @@ constexpr int place(double Control::*field) {
 }
 constexpr int dt = place(&Control::dt), steps = place(&Control::accepted), hits = place(&Control::hits);
 constexpr int repeated = place(&Control::repeated);
-enum Given { end, look_at, dt_max, dt_first, most_steps, given };
+enum Given { end, next_stop, dt_max, dt_first, most_steps, given };
 }  // namespace lane
 
 /// The programs for one explicit ODE, one method and one number of lanes. Immutable; run() may be called by
@@ -64,7 +64,7 @@ class CompiledLaneStep {
   int size() const { return atol() + n_; }
 
   /// state: size() numbers per lane. out: the changing() numbers after the attempt, then 1
-  /// where the lane needs attention: look_at or most_steps was reached, the step size has
+  /// where the lane needs attention: next_stop or most_steps was reached, the step size has
   /// vanished, or stability limits the steps.
   void step(const double* state, double* out, double* work) const { step_->run(state, out, work); }
   /// x′ and a first step from t, x and what is given; changing() numbers.

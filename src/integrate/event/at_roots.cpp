@@ -12,8 +12,8 @@ namespace pendula::integrate {
 AtRoots::AtRoots(std::vector<int> directions)
     : directions_(std::move(directions)),
       slopes_(directions_.size(), NAN),
-      waits_(directions_.size(), 0),
-      comes_(directions_.size(), 0) {}
+      may_leave_(directions_.size(), 0),
+      has_arrived_(directions_.size(), 0) {}
 
 void AtRoots::measure(double slope) {
   if (std::isfinite(slope)) fastest_ = std::max(fastest_, std::fabs(slope));
@@ -27,38 +27,38 @@ bool AtRoots::is_leaving(double slope) const {
 void AtRoots::add(std::size_t i, double slope, double since, double interval) {
   constexpr double at_this_moment = 1e-9;  // relative to a change at the fastest slope over the run
   slopes_[i] = slope;
-  comes_[i] = !(std::fabs(slope) * since <= at_this_moment * fastest_ * interval);
-  waits_[i] = comes_[i] || slope * directions_[i] < 0;  // or it was returning to its root
+  has_arrived_[i] = !(std::fabs(slope) * since <= at_this_moment * fastest_ * interval);
+  may_leave_[i] = has_arrived_[i] || slope * directions_[i] < 0;  // or it was returning to its root
 }
 
 bool AtRoots::order_matters(int which, double now) {
   constexpr double visible = 1e-6;  // the comparisons below are false where a slope is unknown (NaN)
   const double was = slopes_[which];
-  const bool came = comes_[which] && std::fabs(was) > visible * fastest_;
-  comes_[which] = 0;
+  const bool came = has_arrived_[which] && std::fabs(was) > visible * fastest_;
+  has_arrived_[which] = 0;
   return came && std::fabs(now - was) > visible * fastest_;
 }
 
-std::optional<int> AtRoots::first_sent(const Slope& now) {
+std::optional<int> AtRoots::first_leaving(const Slope& now) {
   constexpr double at_rest = 1e-6;  // relative to the slope after the reset
   std::optional<int> first;
   for (std::size_t i = 0; i < slopes_.size(); ++i) {
     if (std::isnan(slopes_[i]) || std::abs(directions_[i]) != 1) continue;
     const double slope = now(static_cast<int>(i));
     const bool leaves = is_leaving(slope * directions_[i]);
-    if (!leaves || std::fabs(slopes_[i]) <= at_rest * std::fabs(slope)) waits_[i] = 1;
-    if (leaves && waits_[i] && !first) first = static_cast<int>(i);
+    if (!leaves || std::fabs(slopes_[i]) <= at_rest * std::fabs(slope)) may_leave_[i] = 1;
+    if (leaves && may_leave_[i] && !first) first = static_cast<int>(i);
   }
   return first;
 }
 
-std::optional<AtRoots::Sent> AtRoots::sent_across(const Slope& now) {
-  const auto first = first_sent(now);
+std::optional<AtRoots::Triggered> AtRoots::first_triggered(const Slope& now) {
+  const auto first = first_leaving(now);
   if (!first) return {};
-  const Sent sent{*first, order_matters(*first, now(*first))};
-  slopes_[sent.which] = fastest_;  // counts as having left its root
-  waits_[sent.which] = 0;
-  return sent;
+  const Triggered triggered{*first, order_matters(*first, now(*first))};
+  slopes_[triggered.which] = fastest_;  // counts as having left its root
+  may_leave_[triggered.which] = 0;
+  return triggered;
 }
 
 std::optional<std::vector<Expr>> states_behind(Expr when, const dae::FirstOrder& form) {

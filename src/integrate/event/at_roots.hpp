@@ -17,7 +17,7 @@ class AtRoots {
   /// d condition/dt where the run stands, by the number of its event; 0 or not a
   /// number where it is not known.
   using Slope = std::function<double(int)>;
-  struct Sent {
+  struct Triggered {
     int which;
     bool order_matters;
   };
@@ -27,7 +27,7 @@ class AtRoots {
 
   void measure(double slope);  ///< one that others are measured by
   double fastest() const { return fastest_; }
-  bool is_leaving(double slope) const;  ///< visibly: blows that send each other back end
+  bool is_leaving(double slope) const;  ///< visibly: impacts that send each other back end
 
   /// Adds event i, whose condition is at its root before and after the resets. slope: before
   /// them; since: time since the event happened, or not a number; interval: of the run. To be
@@ -37,18 +37,18 @@ class AtRoots {
   /// Has a reset changed the slope of an event that reached its root at this very
   /// moment? Called once for each.
   bool order_matters(int which, double now);
-  /// Looks at the slopes since the last reset.
-  void look(const Slope& now) { first_sent(now); }
+  /// Registers the slopes since the last reset.
+  void update(const Slope& now) { first_leaving(now); }
   /// The same, and the first event that leaves its root in its direction after it
   /// was at rest there or moved back.
-  std::optional<Sent> sent_across(const Slope& now);
+  std::optional<Triggered> first_triggered(const Slope& now);
 
  private:
-  std::optional<int> first_sent(const Slope& now);
+  std::optional<int> first_leaving(const Slope& now);
   std::vector<int> directions_;
-  std::vector<double> slopes_;  ///< before the resets; NaN: not at a root
-  std::vector<char> waits_;     ///< has since been at rest, or on the side that the event comes from
-  std::vector<char> comes_;     ///< has come to its root at this moment, and not happened since
+  std::vector<double> slopes_;     ///< before the resets; NaN: not at a root
+  std::vector<char> may_leave_;    ///< has since been at rest, or on the side that the event comes from
+  std::vector<char> has_arrived_;  ///< has come to its root at this moment, and not happened since
   double fastest_ = 0;
 };
 

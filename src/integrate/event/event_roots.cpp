@@ -42,9 +42,9 @@ bool EventFinder::stays_away(Stepper& stepper, const StepView& step) {
 }
 
 /// Illinois-safeguarded secant between points of opposite sign. Returns the end of the bracket at which the
-/// sign has changed. Values below the blur count as the sign of ga.
+/// sign has changed. Values below the rounding bound count as the sign of ga.
 EventFinder::Root EventFinder::locate(Stepper& stepper, const StepView& step, int which, double a, double ga,
-                                      double b, double gb, double blur) {
+                                      double b, double gb, double rounding_bound) {
   int side = 0;
   const double smallest = 2 * eps * std::max(std::fabs(a), std::fabs(b));
   const auto root = [&](double t) {
@@ -55,8 +55,8 @@ EventFinder::Root EventFinder::locate(Stepper& stepper, const StepView& step, in
     double t = k % 4 == 3 ? (a + b) / 2 : b - gb * (b - a) / (gb - ga);
     t = std::clamp(t, a + smallest / 2, b - smallest / 2);
     const double g = value(stepper, step, which, t);
-    if (g == 0 && blur == 0) return root(t);
-    if (opposite(g, gb) || std::fabs(g) <= blur) {
+    if (g == 0 && rounding_bound == 0) return root(t);
+    if (opposite(g, gb) || std::fabs(g) <= rounding_bound) {
       a = t;
       ga = opposite(g, gb) ? g : std::copysign(tiny, -gb);
       if (side == -1) gb /= 2;
@@ -163,14 +163,14 @@ std::optional<EventFinder::Root> EventFinder::root_between(Stepper& stepper, con
   // `a` may be a root itself: bisect towards it until the sign of g just after it is found. Values below
   // the rounding error of g belong to that root. Otherwise a ball on a moving table would be reflected
   // while it still rises.
-  const double blur = std::fabs(ga) <= tiny && turns_back(i) ? blur_[i] : 0;
+  const double rounding_bound = std::fabs(ga) <= tiny && may_reset(i) ? rounding_bound_[i] : 0;
   double t = left;
   for (int k = 0; std::fabs(ga) <= tiny; ++k) {
     // no sign found: g returns at once. That is another root if the step began at one, else rounding
     if (k == 48) return beginnings_[i].resumed ? std::optional(Root{left, right, rising}) : std::nullopt;
     t = left + (right - left) / 2;
     const double g = value(stepper, step, which, t);
-    if (opposite(g, gb) || (blur > 0 && std::fabs(g) <= blur)) {
+    if (opposite(g, gb) || (rounding_bound > 0 && std::fabs(g) <= rounding_bound)) {
       left = t;
       ga = opposite(g, gb) ? g : std::copysign(2 * tiny, -gb);
     } else {
@@ -178,7 +178,7 @@ std::optional<EventFinder::Root> EventFinder::root_between(Stepper& stepper, con
       gb = g;
     }
   }
-  Root root = locate(stepper, step, which, left, ga, right, gb, blur);
+  Root root = locate(stepper, step, which, left, ga, right, gb, rounding_bound);
   root.rising = rising;
   return root;
 }

@@ -68,9 +68,11 @@ void EventFinder::evaluate(const Point& point, double t, Sample& out) {
       finite_[i] = 1;
       largest_[i] = std::max(largest_[i], std::fabs(out.g[i]));
     }
-  out.blur.assign(events_->size(), 0.0);
-  for (std::size_t i = 0; i < blur_.size(); ++i)  // bodies may have come into contact at positions 0
-    if (blur_[i] > 0 && std::fabs(last_.g[i]) == tiny && turns_back(i)) out.blur[i] = rounding(i);
+  out.rounding_bound.assign(events_->size(), 0.0);
+  // bodies may have come into contact at positions 0
+  for (std::size_t i = 0; i < rounding_bound_.size(); ++i)
+    if (rounding_bound_[i] > 0 && std::fabs(last_.g[i]) == tiny && may_reset(i))
+      out.rounding_bound[i] = rounding(i);
   for (std::size_t i = 0; i < ignored_.size(); ++i)
     if (ignored_[i]) {
       out.g[i] = 1;
@@ -115,8 +117,8 @@ void EventFinder::measure_slopes(Stepper& stepper, const StepView& step, double 
     } catch (const Failure&) {  // the equations are singular there; later steps will report it
       stepper.interpolate(step, time, Detail::coarse, point_);
     }
-    evaluate(point_, beside_);
-    return beside_.g;
+    evaluate(point_, neighbour_);
+    return neighbour_.g;
   };
   const std::vector<double> g = conditions(at), other = conditions(beside);
   for (std::size_t i = 0; i < conditions_->measured.size(); ++i) {
@@ -127,7 +129,7 @@ void EventFinder::measure_slopes(Stepper& stepper, const StepView& step, double 
 }
 
 /// A sample by the cheapest interpolant that has z.
-void EventFinder::look(Stepper& stepper, const StepView& step, double t, Sample& out) {
+void EventFinder::sample_coarsely(Stepper& stepper, const StepView& step, double t, Sample& out) {
   sample(stepper, step, t, Detail::coarse, out);
   if (wants_.slopes) measure_slopes(stepper, step, t, out);
 }
@@ -170,11 +172,11 @@ void EventFinder::take_over(const EventFinder& before, std::size_t events) {
 
 void EventFinder::set_side(int which, int side) {
   last_.g[which] = std::copysign(tiny, side);
-  blur_[which] = rounding(static_cast<std::size_t>(which));
+  rounding_bound_[which] = rounding(static_cast<std::size_t>(which));
 }
 
 /// Can a reset reverse the motion at the root of the condition?
-bool EventFinder::turns_back(std::size_t i) const {
+bool EventFinder::may_reset(std::size_t i) const {
   const Event& event = (*events_)[i];
   return !event.surface && (event.call || !event.reset.empty());
 }
@@ -182,8 +184,8 @@ bool EventFinder::turns_back(std::size_t i) const {
 /// The rounding error of an event function at the point of the last evaluation: a few ulp of its terms.
 double EventFinder::rounding(std::size_t i) {
   if (!conditions_->slope_known[i])
-    return conditions_->measured[i] && turns_back(i) ? rounding_of_solved * largest_[i] : 0;
-  if (!(*events_)[i].surface && !turns_back(i)) return 0;
+    return conditions_->measured[i] && may_reset(i) ? rounding_of_solved * largest_[i] : 0;
+  if (!(*events_)[i].surface && !may_reset(i)) return 0;
   if (terms_.empty()) terms_.resize(events_->size());
   if (terms_[i].outputs() == 0) {
     Expr sum;
@@ -194,7 +196,7 @@ double EventFinder::rounding(std::size_t i) {
   double size = 0;
   terms_[i](problem_->values().data(), &size);
   // Differences between two bodies in contact contain the rounding errors of all steps since, which differ.
-  const double relative = turns_back(i) ? rounding_of_solved : rounding_of_state;
+  const double relative = may_reset(i) ? rounding_of_solved : rounding_of_state;
   return std::isfinite(size) ? relative * size : 0;
 }
 
@@ -259,19 +261,21 @@ void EventFinder::start(const Point& point, const std::vector<Crossing>& crossed
     const double size = largest_[c.which] + std::fabs(c.slope) * std::max(span_, std::fabs(point.t));
     if (conditions_->measured[c.which] && std::fabs(g) <= rounding_of_solved * size) g = 0;
   }
-  blur_.assign(events_->size(), 0.0);
+  rounding_bound_.assign(events_->size(), 0.0);
   for (std::size_t i = 0; i < events_->size(); ++i) {
     if (!beginnings_[i].resumed && !is_zero(i, last_) && !is_invisible(i)) continue;
-    blur_[i] = turns_back(i) ? std::max(rounding(i), tiny) : rounding(i);
+    rounding_bound_[i] = may_reset(i) ? std::max(rounding(i), tiny) : rounding(i);
     // sliding friction begins: the velocity is a rounding error, and so is its slope
-    const bool level = (*events_)[i].surface && std::fabs(last_.slope[i]) * 1e-6 * span_ <= blur_[i];
+    const bool level =
+        (*events_)[i].surface && std::fabs(last_.slope[i]) * 1e-6 * span_ <= rounding_bound_[i];
     last_.g[i] = level || last_.slope[i] == 0 ? 0.0 : std::copysign(tiny, last_.slope[i]);
   }
 }
 
 /// Has the solution begun on the border and stayed there to within rounding?
 bool EventFinder::stays_on_border(std::size_t i, const Sample& a, const Sample& b) const {
-  return blur_[i] > 0 && std::fabs(a.g[i]) == tiny && std::fabs(b.g[i]) <= std::max(blur_[i], b.blur[i]);
+  return rounding_bound_[i] > 0 && std::fabs(a.g[i]) == tiny &&
+         std::fabs(b.g[i]) <= std::max(rounding_bound_[i], b.rounding_bound[i]);
 }
 
 /// Can g have reached zero and returned between two samples of one sign? Judged by slopes too large for a
@@ -316,14 +320,14 @@ std::optional<EventFinder::Hit> EventFinder::scan(Stepper& stepper, const StepVi
                                                   Sample& b, int depth) {
   if (changes(a, b)) {  // a sign change between coarse samples is verified on the solution
     make_exact(stepper, step, a);
-    if (changes(floor_, a))  // the coarse sample had moved a root out of its interval
-      if (auto hit = first_hit(stepper, step, floor_, a)) return hit;
-    floor_ = a;
+    if (changes(last_exact_, a))  // the coarse sample had moved a root out of its interval
+      if (auto hit = first_hit(stepper, step, last_exact_, a)) return hit;
+    last_exact_ = a;
     make_exact(stepper, step, b);
   }
   if (oscillates(a, b, depth) || may_hide(a, b, depth)) {
     Sample middle;
-    look(stepper, step, a.t + (b.t - a.t) / 2, middle);
+    sample_coarsely(stepper, step, a.t + (b.t - a.t) / 2, middle);
     if (auto hit = scan(stepper, step, a, middle, depth + 1)) return hit;
     return scan(stepper, step, middle, b, depth + 1);
   }
@@ -331,7 +335,7 @@ std::optional<EventFinder::Hit> EventFinder::scan(Stepper& stepper, const StepVi
   auto hit = first_hit(stepper, step, a, b);
   if (hit) return hit;
   settle_zeros(a, b);
-  if (b.exact) floor_ = b;
+  if (b.exact) last_exact_ = b;
   return {};
 }
 
@@ -360,7 +364,7 @@ void EventFinder::make_exact(Stepper& stepper, const StepView& step, Sample& at)
   if (at.exact) return;
   sample(stepper, step, at.t, Detail::state, at);
   if (wants_.slopes) measure_slopes(stepper, step, at.t, at);
-  settle_zeros(floor_, at);
+  settle_zeros(last_exact_, at);
 }
 
 /// Gives a sample with g = 0 that does not count as a root the sign of g just after it.
@@ -389,7 +393,7 @@ double EventFinder::slope_after(Stepper& stepper, const StepView& step, std::siz
     chord = next;
   }
   const bool level = std::fabs(slope) * 1e-7 * span_ <= invisible;
-  return level && turns_back(i) && beginnings_[i].from != 0 ? beginnings_[i].from : slope;
+  return level && may_reset(i) && beginnings_[i].from != 0 ? beginnings_[i].from : slope;
 }
 
 std::optional<EventFinder::Hit> EventFinder::find(Stepper& stepper, const StepView& step) {
@@ -405,9 +409,9 @@ std::optional<EventFinder::Hit> EventFinder::find(Stepper& stepper, const StepVi
     std::swap(last_, here_);
     return {};
   }
-  floor_ = last_;
+  last_exact_ = last_;
   for (int k = 1; k <= pieces; ++k) {
-    look(stepper, step, k == pieces ? step.to.t : from + length * k / pieces, here_);
+    sample_coarsely(stepper, step, k == pieces ? step.to.t : from + length * k / pieces, here_);
     if (auto hit = scan(stepper, step, last_, here_, 0)) return hit;
     std::swap(last_, here_);
   }
@@ -422,7 +426,7 @@ void EventFinder::pass(const Hit& hit, Stepper& stepper, const StepView& step) {
 
 bool EventFinder::rests(const Hit& hit, Stepper& stepper, const StepView& step) {
   for (const Crossing& crossing : hit.list) {
-    if (!turns_back(crossing.which)) return false;
+    if (!may_reset(crossing.which)) return false;
     const double g = value(stepper, step, crossing.which, last_.t + (hit.t - last_.t) / 2);
     if (!(std::fabs(g) <= rounding(crossing.which))) return false;
   }

@@ -138,7 +138,7 @@ class EventFinder {
   struct Sample {
     double t = 0;
     std::vector<double> g, slope, rate;  ///< rate: radians per time of the sines in g
-    std::vector<double> blur;            ///< rounding of those that the solution began on
+    std::vector<double> rounding_bound;  ///< rounding of those that the solution began on
     bool exact = true;                   ///< not of the coarse interpolant
   };
   static constexpr double tiny = std::numeric_limits<double>::min();  ///< a sign without a size
@@ -148,7 +148,7 @@ class EventFinder {
   void count_wanted();
   bool interpolate(Stepper& stepper, const StepView& step, double t, Detail detail);
   void sample(Stepper& stepper, const StepView& step, double t, Detail detail, Sample& out);
-  void look(Stepper& stepper, const StepView& step, double t, Sample& out);
+  void sample_coarsely(Stepper& stepper, const StepView& step, double t, Sample& out);
   void measure_slopes(Stepper& stepper, const StepView& step, double t, Sample& out);
   struct Root {
     double before, t;
@@ -156,7 +156,7 @@ class EventFinder {
   };
   bool is_zero(std::size_t i, const Sample& at) const;
   bool falls_to_zero(std::size_t i, const Sample& a, const Sample& b) const;
-  bool turns_back(std::size_t i) const;
+  bool may_reset(std::size_t i) const;
   double rounding(std::size_t i);
   bool is_invisible(std::size_t i);
   double slope_after(Stepper& stepper, const StepView& step, std::size_t i);
@@ -174,7 +174,7 @@ class EventFinder {
   std::optional<Root> root_between(Stepper& stepper, const StepView& step, int which, const Sample& a,
                                    const Sample& b);
   Root locate(Stepper& stepper, const StepView& step, int which, double a, double ga, double b, double gb,
-              double blur);
+              double rounding_bound);
   struct Dip {
     std::optional<double> below;  ///< a time at which g has the other sign
     double t, lowest;             ///< else where g is lowest, and its value; 0: not known
@@ -204,13 +204,14 @@ class EventFinder {
     int from = 0;          ///< and this is the side it came from
   };
   std::vector<Beginning> beginnings_;
-  std::vector<double> blur_;  ///< of a condition that was 0 at the last start: what rounding makes of it
+  /// Of a condition that was 0 at the last start: what rounding makes of it.
+  std::vector<double> rounding_bound_;
   std::vector<codegen::Kernel> terms_;  ///< Σ |∂g/∂y y|, of each event where it was asked for
   double end_ = std::numeric_limits<double>::infinity();
-  double span_ = 1;  ///< times are rounded to ulp of it
-  Sample last_;      ///< at the last point looked at; signs of zeros are those just after
-  Sample floor_;     ///< the last exact sample before the coarse ones of the step
-  Sample here_, probe_, beside_;
+  double span_ = 1;    ///< times are rounded to ulp of it
+  Sample last_;        ///< at the last point looked at; signs of zeros are those just after
+  Sample last_exact_;  ///< the last exact sample before the coarse ones of the step
+  Sample here_, probe_, neighbour_;
   Point point_;
   std::vector<double> out_;
 };

@@ -28,7 +28,7 @@ void halve(const std::function<double(double)>& f, Piece& p) {
 constexpr std::size_t eighths = 8;
 using Eighths = std::array<Piece, eighths>;
 
-Eighths look(const std::function<double(double)>& f, double from, double to) {
+Eighths eighths_of(const std::function<double(double)>& f, double from, double to) {
   Eighths list;
   double t = from, ft = f(from);
   for (std::size_t k = 0; k < eighths; ++k) {
@@ -41,7 +41,8 @@ Eighths look(const std::function<double(double)>& f, double from, double to) {
 }
 
 std::optional<double> jump_in(const std::function<double(double)>& f, const Eighths& list, double size) {
-  constexpr double trifle = 1e-11;  // relative to |f|: the change seen by a step that ends just after a kink
+  // relative to |f|: the change seen by a step that ends just after a kink
+  constexpr double min_jump = 1e-11;
   std::array<double, eighths> changes;
   for (std::size_t k = 0; k < eighths; ++k) changes[k] = list[k].change();
   std::sort(changes.begin(), changes.end());
@@ -51,7 +52,7 @@ std::optional<double> jump_in(const std::function<double(double)>& f, const Eigh
   for (Piece piece : list) {
     const double change = piece.change();
     if (!(change > usual) || change <= 1e-9 * (std::fabs(piece.fa) + std::fabs(piece.fb)) ||
-        change <= trifle * size)
+        change <= min_jump * size)
       continue;
     for (int k = 0; k < 8 && piece.change() >= 0.5 * change; ++k) halve(f, piece);
     if (piece.change() < 0.5 * change) continue;  // continuous: even a root would leave only 1/16
@@ -122,7 +123,7 @@ std::optional<double> find_break(const std::function<double(double)>& f, double 
   const double rounding =
       2 * std::numeric_limits<double>::epsilon() * std::max(std::fabs(from), std::fabs(to));
   if (at_break) to = std::max(to - 32 * rounding, from + (to - from) / 2);
-  const Eighths list = look(f, from, to);
+  const Eighths list = eighths_of(f, from, to);
   for (const Piece& piece : list) size = std::max({size, std::fabs(piece.fa), std::fabs(piece.fb)});
   if (const auto jump = jump_in(f, list, size)) return jump;
   return kink_in(f, list, rounding, size);

@@ -96,7 +96,7 @@ Expr base_of_square(Expr e) {
 /// A function with a kink or a jump, but without a branch that could be frozen, has it where this
 /// expression vanishes: atan2(y, x) at y = 0, asin(sin u) at cos u = 0, √(v²) at v = 0. Returns a constant
 /// for other functions.
-Expr bare_border(Expr node) {
+Expr border_without_branch(Expr node) {
   if (node.is_constant() || node.is_symbol() || node.operands().empty()) return {};
   const Expr a = is_function(node.operand(0), Op::neg) ? node.operand(0).operand(0) : node.operand(0);
   switch (node.op()) {
@@ -152,7 +152,7 @@ PiecewiseForm::PiecewiseForm(dae::FirstOrder form, std::span<const double> value
   const std::vector<Expr> equations = equations_of(form_);
   const std::vector<Expr> nodes = topological(equations);
   if (std::none_of(nodes.begin(), nodes.end(),
-                   [](Expr e) { return switches(e.op()) || !bare_border(e).is_constant(); }))
+                   [](Expr e) { return switches(e.op()) || !border_without_branch(e).is_constant(); }))
     return;
   find_branches(nodes);
   if (surfaces_.empty()) return;
@@ -185,10 +185,10 @@ void PiecewiseForm::find_branches(const std::vector<Expr>& nodes) {
   for (std::size_t k = 0; k < nodes.size(); ++k) {
     const Expr node = nodes[k];
     const Op op = node.op();
-    if (const Expr bare = bare_border(node);
-        !bare.is_constant() && (op == Op::atan2 || dae::sign_of(bare) == 0)) {
+    if (const Expr border = border_without_branch(node);
+        !border.is_constant() && (op == Op::atan2 || dae::sign_of(border) == 0)) {
       bool reversed = false;
-      surface_of(bare, reversed);
+      surface_of(border, reversed);
     }
     if (!switches(op)) continue;
     const bool two = op != Op::abs && op != Op::sign;

@@ -12,10 +12,10 @@ class ZenoDetector {
   /// within 10⁻⁴ of it. (The distances of a geometric sequence with ratio 0.9 fall by 10⁻² in 40 events: the
   /// second test sees it while the first waits for the distances to become invisible.)
   bool add(double t, long steps, double interval) {
-    quick_ = steps - last_steps_ <= 2 ? quick_ + 1 : 0;
+    close_events_ = steps - last_steps_ <= 2 ? close_events_ + 1 : 0;
     last_steps_ = steps;
-    if (quick_ == 0) since_ = t;
-    if (quick_ >= 40 && t - since_ < 1e-4 * interval) return true;
+    if (close_events_ == 0) since_ = t;
+    if (close_events_ >= 40 && t - since_ < 1e-4 * interval) return true;
     times_.push_back(t);
     if (times_.size() <= many) return false;
     times_.pop_front();
@@ -25,7 +25,7 @@ class ZenoDetector {
  private:
   static constexpr std::size_t many = 12;
   std::deque<double> times_;
-  int quick_ = 0;
+  int close_events_ = 0;
   long last_steps_ = 0;
   double since_ = 0;
 };

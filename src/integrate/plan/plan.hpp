@@ -43,7 +43,7 @@ struct Plan {
   std::vector<Guard> choices;  ///< where one rests at 0 within the tolerances, a run with chosen steps stops
   /// Asked where a run stops: "; solutions go on there with z′ = -1 or z′ = 1", or "". here: a guard vanishes
   /// there; else the place where solutions meet is looked for ahead.
-  std::function<std::string(const Point&, bool here)> ways_on;
+  std::function<std::string(const Point&, bool here)> continuations;
   std::vector<dae::LargeBlock> blocks;  ///< where one loses its rank, the run stops (rank_monitor.hpp)
 
   // ── chosen steps only ──

@@ -60,12 +60,12 @@ RhsLayout rhs_layout(const Problem& problem) {
   }
   for (Expr e : layout.linear ? std::vector<Expr>{} : partials) {
     const std::vector<Expr> in_entry = leaves({&e, 1});
-    layout.bent.push_back(
+    layout.entry_is_nonlinear.push_back(
         std::any_of(in_entry.begin(), in_entry.end(), [&](Expr leaf) { return unknown.count(leaf) > 0; }));
   }
   std::vector<Expr> unknowns = model.xdot;
   unknowns.insert(unknowns.end(), model.z.begin(), model.z.end());
-  for (Expr leaf : unknowns) layout.curved.push_back(inside.count(leaf) ? 1 : 0);
+  for (Expr leaf : unknowns) layout.unknown_is_nonlinear.push_back(inside.count(leaf) ? 1 : 0);
   if (!layout.linear) layout.ambiguous = ambiguous(unknowns, layout.positions, partials);
   layout.values = codegen::Kernel(partials, problem.arguments());
   return layout;

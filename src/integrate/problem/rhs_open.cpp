@@ -34,7 +34,7 @@ std::string RhsSolver::reason() const {
     case Trouble::not_finite:
       break;
   }
-  const std::string who = ode_ ? problem_->xdot_name(culprit_) : problem_->equation_name(culprit_);
+  const std::string who = ode_ ? problem_->xdot_name(failed_row_) : problem_->equation_name(failed_row_);
   return text(who, " is not finite there: the equations are not defined");
 }
 

@@ -18,7 +18,7 @@ RhsSolver::RhsSolver(ProblemPtr problem, Stats& stats)
   if (ode_) return;
   static PerEquations<std::shared_ptr<const RhsLayout>> known;
   layout_ = known.of(*problem_, [&] { return std::make_shared<const RhsLayout>(rhs_layout(*problem_)); });
-  usual_.assign(layout_->curved.size(), 0.0);
+  usual_.assign(layout_->unknown_is_nonlinear.size(), 0.0);
   jacobian_ = layout_->values;
   const auto unknowns = static_cast<std::size_t>(problem_->n() + problem_->m());
   entries_.resize(layout_->positions.size());
@@ -65,7 +65,7 @@ bool RhsSolver::solve(double t, const double* x, double* xdot, double* z, bool n
     ++stats_.evaluations;
     if (all_finite(n, xdot)) return true;
     trouble_ = Trouble::not_finite;
-    for (culprit_ = 0; std::isfinite(xdot[culprit_]);) ++culprit_;
+    for (failed_row_ = 0; std::isfinite(xdot[failed_row_]);) ++failed_row_;
     return false;
   }
   if (version_ != problem_->version()) {
@@ -151,21 +151,21 @@ bool RhsSolver::approach_by_exponents() {
 }
 
 /// One correction with the current factorisation. Returns its norm relative to the unknowns, NaN if F is not
-/// finite; sets moved_ and moved_curved_.
+/// finite; sets relative_change_ and nonlinear_change_.
 double RhsSolver::correct(double* xdot, double* z) {
   const int n = problem_->n(), m = problem_->m(), N = n + m;
   problem_->residual(r_.data());
   ++stats_.evaluations;
   if (!all_finite(N, r_.data())) {
     trouble_ = Trouble::not_finite;
-    for (culprit_ = 0; std::isfinite(r_[culprit_]);) ++culprit_;
+    for (failed_row_ = 0; std::isfinite(r_[failed_row_]);) ++failed_row_;
     return NAN;
   }
   solver_.solve(r_.data());
   ++stats_.newton_iterations;
   double* at = problem_->unknowns() + n;
   const double *const change = r_.data(), *const usual = usual_.data(),
-                      *const curved = layout_->curved.data();
+                      *const unknown_is_nonlinear = layout_->unknown_is_nonlinear.data();
   double size = 0;
   for (int i = 0; i < N; ++i) {
     at[i] -= change[i];
@@ -173,16 +173,16 @@ double RhsSolver::correct(double* xdot, double* z) {
   }
   constexpr double least = std::numeric_limits<double>::min();
   const double beside = 1e-3 * size + least;
-  double largest = 0, moved = 0, moved_curved = 0;
+  double largest = 0, moved = 0, nonlinear_change = 0;
   for (int i = 0; i < N; ++i) {
     const double length = std::fabs(change[i]), value = std::fabs(at[i]);
     const double own = length / (value + 0.1 * usual[i] + least);
     largest = greater(largest, length / (value + beside));
     moved = greater(moved, own);
-    moved_curved = greater(moved_curved, own * curved[i]);
+    nonlinear_change = greater(nonlinear_change, own * unknown_is_nonlinear[i]);
   }
-  moved_ = moved;
-  moved_curved_ = moved_curved;
+  relative_change_ = moved;
+  nonlinear_change_ = nonlinear_change;
   std::copy_n(at, n, xdot);
   std::copy_n(at + n, m, z);
   return largest;
@@ -219,7 +219,7 @@ void RhsSolver::expect(Progress& progress, bool fresh, bool first) {
   constexpr double least = 0.1, remembered = 0.5, careful = 10;
   const double before = progress.last;
   // the first correction solves exactly for unknowns in which the equations are linear
-  const double now = progress.last = first ? moved_curved_ : moved_;
+  const double now = progress.last = first ? nonlinear_change_ : relative_change_;
   if (first || !(before > 0)) {
     progress.distance = now;
     progress.rate = 2 * curvature_ * now;
@@ -266,12 +266,12 @@ std::vector<double>& RhsSolver::largest_terms() {
 /// Is the change of every nonlinear term by the last correction negligible? (Norms of corrections do not show
 /// it: relative to an x′ of 10⁶⁰, in the first iterations for an exponential, corrections of the other
 /// unknowns look like rounding errors.)
-bool RhsSolver::bends_little() {
+bool RhsSolver::is_nearly_linear() {
   constexpr double visible = 1e-6;
   const std::vector<double>& terms = largest_terms();
   for (std::size_t k = 0; k < entries_.size(); ++k)
     if (const auto [row, column] = layout_->positions[k];
-        layout_->bent[k] && std::fabs(entries_[k] * r_[column]) > visible * terms[row])
+        layout_->entry_is_nonlinear[k] && std::fabs(entries_[k] * r_[column]) > visible * terms[row])
       return false;
   return true;
 }
@@ -325,7 +325,8 @@ bool RhsSolver::newton(double* xdot, double* z, bool near) {
     // With matrices of this point, a correction that does not shrink is rounding, as where an unknown is the
     // difference of two lengths in kilometres. At a double root it would be halved.
     const bool stuck = k >= 4 && now <= small && now >= 0.75 * previous;
-    if ((still || stuck) && (moved_curved_ <= small || bends_little() || solved_to_rounding())) return true;
+    if ((still || stuck) && (nonlinear_change_ <= small || is_nearly_linear() || solved_to_rounding()))
+      return true;
     if (progress.expected <= accuracy_ && progress.rate <= certain) return true;
     if (k > 20 && now > 1e3) break;
     if (near && k > 0 && previous > small && now > slowest * previous && contraction() > slowest) {

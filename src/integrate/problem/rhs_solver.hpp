@@ -69,7 +69,7 @@ class RhsSolver {
   };
   void expect(Progress& progress, bool fresh, bool first);
   std::vector<double>& largest_terms();
-  bool bends_little();
+  bool is_nearly_linear();
   double contraction();
   bool renewal_pays(const Progress& progress) const;
   bool solved_to_rounding();
@@ -78,17 +78,17 @@ class RhsSolver {
   codegen::Kernel jacobian_;
   std::shared_ptr<const RhsLayout> layout_;  ///< nullptr for explicit ODEs
   std::vector<double> entries_, r_, residual_, changed_, rounding_, values_;
-  std::vector<double> before_;  ///< the correction before r_
-  std::vector<double> begin_;   ///< x′ and z that a search begins with
-  std::vector<double> usual_;   ///< size of every unknown, of late
-  double moved_ = 0;            ///< last correction, longest part of all unknowns in units of each
-  double moved_curved_ = 0;     ///< the same of those that the matrix depends on
-  double curvature_ = 1;        ///< δₖ₊₁/δₖ² of Newton's iteration in the solutions so far
+  std::vector<double> before_;   ///< the correction before r_
+  std::vector<double> begin_;    ///< x′ and z that a search begins with
+  std::vector<double> usual_;    ///< size of every unknown, of late
+  double relative_change_ = 0;   ///< last correction, longest part of all unknowns in units of each
+  double nonlinear_change_ = 0;  ///< the same of those that the matrix depends on
+  double curvature_ = 1;         ///< δₖ₊₁/δₖ² of Newton's iteration in the solutions so far
   double accuracy_ = rounding;
   LinearSolver<double> solver_;
   bool ode_, ready_ = false;
   enum class Trouble { none, not_finite, singular, diverged, far } trouble_ = Trouble::none;
-  int culprit_ = 0;
+  int failed_row_ = 0;
   unsigned version_ = 0;  ///< of the problem, when it was factorised
 };
 

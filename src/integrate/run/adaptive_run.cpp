@@ -40,7 +40,7 @@ namespace {
 /// have been long. There are no events in between: those of that step have been found. The remaining distance
 /// is halved in turn, so that another stopping reason (plan().stop_when: another choice of constraints is
 /// better) is noticed before errors have grown; returns true if there was one.
-bool come_closer(AdaptiveState& state, MethodSelector& method, const Point& from, double t) {
+bool integrate_up_to(AdaptiveState& state, MethodSelector& method, const Point& from, double t) {
   constexpr double rest = 1e-3;  // of the interval; beyond it, equations close to singular amplify errors
   constexpr int most_steps = 100;
   const double end = t - rest * (t - from.t);
@@ -91,7 +91,7 @@ class AdaptiveRun {
   std::shared_ptr<Solution> solution() { return state_.solution; }
 
   void start(const Point& point) {
-    state_.aim(point.t);
+    state_.set_step_end(point.t);
     try {
       modes_.initialise(point);
       method_.start(point);
@@ -135,8 +135,8 @@ class AdaptiveRun {
     events_.report();
     state_.solution->set_rounding(rounding_.remark(*state_.problem, stepper().here()));
     try {
-      if (outcome.ending == Ending::stopped && plan().ways_on)
-        outcome.message += plan().ways_on(point_near(outcome.t), names_factor(outcome.message));
+      if (outcome.ending == Ending::stopped && plan().continuations)
+        outcome.message += plan().continuations(point_near(outcome.t), names_factor(outcome.message));
     } catch (const Interrupted&) {  // keeps the solution so far, without continuations
     }
     if (state_.solution->not_unique().empty()) state_.solution->set_not_unique(domain_.not_unique());
@@ -158,8 +158,8 @@ class AdaptiveRun {
     if (breaks_.has_repeated_step()) return;
     if (has_passed_pole(outcome)) return;
     if (events_.repeated_up_to_switch()) return restart_monitors();
-    if (const double off = peaks_.missed(state_.problem, stepper().before(), stepper().here())) {
-      if (!peaks_.is_tired() && events_.repeated_shorter()) return restart_monitors();
+    if (const double off = peaks_.missed_peak_error(state_.problem, stepper().before(), stepper().here())) {
+      if (!peaks_.has_reached_limit() && events_.repeated_shorter()) return restart_monitors();
       state_.stats().errors += off;
       peaks_.restart(state_.problem, stepper().here());
     }
@@ -184,7 +184,7 @@ class AdaptiveRun {
       if (plan().stop_when && plan().stop_when(stepper().here()))
         outcome.ending = Ending::stop_when;
       else
-        method_.change_if_it_pays();
+        method_.change_method_if_cheaper();
     }
   }
 
@@ -240,7 +240,7 @@ class AdaptiveRun {
     if (!in_last_step && state_.history->has_forgotten()) return;
     if (in_last_step) stop_point_ = point_near(stop.t);
     const Point from = in_last_step ? stepper().before() : state_.solution->at(state_.reached);
-    if (come_closer(state_, method_, from, stop.t)) outcome = {Ending::stop_when, ""};
+    if (integrate_up_to(state_, method_, from, stop.t)) outcome = {Ending::stop_when, ""};
   }
 
   /// Rejects a step across a pole. Shorter steps approach the pole until the run ends before it.

@@ -61,7 +61,7 @@ void AdaptiveState::limit(double t) {
   finder.set_limit(t);
 }
 
-void AdaptiveState::aim(double t) {
+void AdaptiveState::set_step_end(double t) {
   const auto next = std::upper_bound(plan.breaks.begin(), plan.breaks.end(), t);
   const bool any = next != plan.breaks.end();
   end = any && *next < plan.to ? *next : plan.to;

@@ -22,7 +22,7 @@ struct AdaptiveState {
   double interval() const { return plan.to - plan.from; }
 
   /// The next step ends at `to` or where inputs are not smooth.
-  void aim(double t);
+  void set_step_end(double t);
   /// Inputs jump at this time: steps end there, and until then inputs have the values before it.
   void limit(double t);
   /// Another problem with the same unknowns takes over; the next stepper is made for it.

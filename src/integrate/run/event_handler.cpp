@@ -80,7 +80,7 @@ EventHandler::Applied EventHandler::apply_all(const EventFinder::Hit& hit, Point
   std::vector<Expr> reset;
   for (const auto& crossing : hit.list) {
     if (event_of(crossing).surface) continue;
-    if (done.changed && !done.stop && turns_back(crossing) && may_change(crossing.which, reset)) {
+    if (done.changed && !done.stop && may_reset(crossing) && may_change(crossing.which, reset)) {
       done.pending.push_back(crossing);
       continue;
     }

@@ -74,7 +74,7 @@ class EventHandler {
                              const AtRoots* roots, const Point& here);
   void remark_order(int which, double t);
   bool is_thrown_back(const EventFinder::Crossing& crossing, const Point& here, const AtRoots& roots);
-  bool turns_back(const EventFinder::Crossing& crossing) const {
+  bool may_reset(const EventFinder::Crossing& crossing) const {
     return event_of(crossing).call || !event_of(crossing).reset.empty();
   }
   struct Applied {

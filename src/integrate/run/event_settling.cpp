@@ -81,7 +81,7 @@ bool EventHandler::settle(const Point* last, std::vector<EventFinder::Crossing> 
     if (last && !roots) roots = at_roots(*last, point);
     auto which = overdue(happened, idle, roots ? &*roots : nullptr, point);
     const auto slope = [&](int i) { return state_.finder.slope(i, point); };
-    if (roots && (which || !pending.empty())) roots->look(slope);
+    if (roots && (which || !pending.empty())) roots->update(slope);
     const bool found = !pending.empty();
     bool rising = false;
     if (found) {
@@ -92,9 +92,9 @@ bool EventHandler::settle(const Point* last, std::vector<EventFinder::Crossing> 
       pending.erase(pending.begin());
       if (is_none) continue;
     } else if (!which && roots) {
-      if (const auto sent = roots->sent_across(slope)) {
-        which = sent->which;
-        if (sent->order_matters) remark_order(*which, point.t);
+      if (const auto triggered = roots->first_triggered(slope)) {
+        which = triggered->which;
+        if (triggered->order_matters) remark_order(*which, point.t);
       }
     }
     if (!which) return false;

@@ -48,7 +48,7 @@ std::optional<double> ExplicitForecast::radius_at(const ProblemPtr& problem, con
   return spectrum_.at(*derivative_, at);
 }
 
-void ExplicitForecast::look(const ProblemPtr& problem, const Point& here, const Progress& now) {
+void ExplicitForecast::measure(const ProblemPtr& problem, const Point& here, const Progress& now) {
   constexpr double hopeless = 4;
   constexpr long long_stretch = 64, seldom = 32;
   const long steps = now.steps - last_.steps;

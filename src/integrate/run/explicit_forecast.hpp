@@ -24,15 +24,15 @@ class ExplicitForecast {
   };
 
   /// An implicit method begins. accurate: explicit steps for each of its own where accuracy limits both.
-  /// apart: steps between two looks, at the least.
+  /// apart: steps between two measurements, at the least.
   void begin(const Progress& now, double accurate, long apart);
   /// After every step.
   void step(double dt);
   bool is_due(long steps) const { return steps >= next_; }
   void wait_until(long steps) { next_ = std::max(next_, steps); }
-  /// Measures |λ| and adds the steps since the last look to the stretch. Cost: two
+  /// Measures |λ| and adds the steps since the last measurement to the stretch. Cost: two
   /// evaluations of x′, four at first.
-  void look(const ProblemPtr& problem, const Point& here, const Progress& now);
+  void measure(const ProblemPtr& problem, const Point& here, const Progress& now);
 
   /// Would explicit steps be less work from here on, as on the stretch? left: time.
   bool is_less_work(double left);
@@ -43,7 +43,7 @@ class ExplicitForecast {
   }  ///< requires is_less_work() to have been true
 
   /// A change has turned out wrong: the next one takes a longer stretch.
-  void ask_for_more() { enough_ *= 8; }
+  void lengthen_stretch() { enough_ *= 8; }
   /// What explicit steps have settled at: |λ| h.
   void learn(double settled) { settled_ = std::min(settled_, settled); }
   /// The implicit method is on trial: with no more work than the explicit one before it is kept.
@@ -62,13 +62,13 @@ class ExplicitForecast {
   ProblemPtr problem_;
   std::unique_ptr<RhsSolver> derivative_;
   SpectralRadius spectrum_;
-  std::optional<double> radius_;  ///< at the last look
+  std::optional<double> radius_;  ///< at the last measurement
   double settled_ = 3, accurate_ = 1;
   long next_ = 0, apart_ = 0, few_ = 0, enough_ = 16;  ///< steps
   bool on_trial_ = false, has_grown_ = false;
   double counted_ = 0;  ///< work of the explicit method per time; 0: forecast
   double longest_ = 0;  ///< step so far
-  Progress last_;       ///< look
+  Progress last_;       ///< measurement
   double t_ = 0;
   double time_ = 0, steps_ = 0, spent_ = 0;  ///< the stretch: explicit steps, work of the implicit ones
   long implicit_ = 0;

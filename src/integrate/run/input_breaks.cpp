@@ -49,7 +49,7 @@ bool InputBreaks::has_jumped_to_next(const Point& here) {
   if (!first || *first >= state_.plan.to) return false;
   Point behind = here;
   behind.t = *first;
-  state_.aim(behind.t);
+  state_.set_step_end(behind.t);
   events_.begin_again(behind, {});
   state_.go_on(here);
   return true;
@@ -59,7 +59,7 @@ bool InputBreaks::pass() {
   Stepper& stepper = state_.stepper();
   const Point here = stepper.here();
   const std::vector<double> sides = events_.sides();
-  state_.aim(here.t);
+  state_.set_step_end(here.t);
   stepper.suggest(stepper.next_dt());
   events_.begin_again(here, {});
   stepper.suggest(0);
@@ -75,7 +75,7 @@ void InputBreaks::arrive() {
   const Point here = state_.stepper().here();
   try {
     const std::vector<double> sides = events_.sides();
-    state_.aim(here.t);
+    state_.set_step_end(here.t);
     events_.begin_again(here, {});
     state_.go_on(here);
     events_.settle_carried(here, sides);

@@ -17,12 +17,12 @@ void MethodSelector::start(const Point& point) {
   const Choice choice = is_automatic() ? choose(state_.problem, method_, state_.plan, point, couplings_)
                                        : Choice{method_.family, method_.tableau, ""};
   method_.tableau = choice.tableau;
-  rival_ = choice.rival;
+  costs_ = choice.costs;
   use(*choice.family, point, choice.why);
   // The steps counted at the choice of the method hold until the run proves unusually long; early steps are
   // small, and with BDF many.
   constexpr double hardest = 3;  // usual_radau_steps()
-  forecast_.wait_until(std::lround(hardest * rival_.usual_steps));
+  forecast_.wait_until(std::lround(hardest * costs_.usual_steps));
 }
 
 void MethodSelector::use(const MethodFamily& family, const Point& point, const std::string& why) {
@@ -74,12 +74,14 @@ void MethodSelector::change(const MethodFamily& family, double dt, const std::st
 /// If the method in use fails, one of the other kind may succeed: radau for an explicit one, and an explicit
 /// one where it has been in use before.
 void MethodSelector::step() {
-  constexpr int most_rescues = 3;
+  constexpr int most_failures_recovered = 3;
   try {
     return state_.stepper().step(state_.end);
   } catch (const Failure& failure) {
     const bool was_explicit = state_.stepper().is_explicit();
-    if (!is_automatic() || !(was_explicit || (method_.tableau && rescues_++ < most_rescues))) throw;
+    if (!is_automatic() ||
+        !(was_explicit || (method_.tableau && failures_recovered_++ < most_failures_recovered)))
+      throw;
     const std::string reason = failure.what(), name = name_;
     const std::size_t uses = state_.solution->methods_in_use().size();
     try {
@@ -97,7 +99,7 @@ void MethodSelector::step() {
   }
 }
 
-void MethodSelector::change_if_it_pays() {
+void MethodSelector::change_method_if_cheaper() {
   if (!is_automatic() || state_.problem->has_dense_jacobian()) return;
   steady_.add(state_.stepper().here().t - state_.stepper().before().t);
   if (!state_.stepper().is_explicit())
@@ -114,9 +116,9 @@ double MethodSelector::work() { return work_of(state_.stats()); }
 
 double MethodSelector::work_of(const Stats& s) {
   const bool is_explicit = state_.stepper().is_explicit();
-  if (rival_.family) {
-    const double step = is_explicit ? rival_.explicit_step : rival_.implicit_step;
-    return static_cast<double>(s.steps + s.rejected) * step / rival_.explicit_step;
+  if (costs_.family) {
+    const double step = is_explicit ? costs_.explicit_step : costs_.implicit_step;
+    return static_cast<double>(s.steps + s.rejected) * step / costs_.explicit_step;
   }
   if (!explicit_) explicit_ = explicit_work(state_.problem, method_, state_.plan);
   const int passes = is_explicit ? 1 : 2;  // an evaluation, and a stage's share of a solution
@@ -127,7 +129,7 @@ double MethodSelector::work_of(const Stats& s) {
 }
 
 const MethodFamily& MethodSelector::implicit() const {
-  if (rival_.family) return *rival_.family;
+  if (costs_.family) return *costs_.family;
   return is_lasting_ ? family::radau : implicit_family(*state_.problem, method_, state_.plan);
 }
 
@@ -143,13 +145,13 @@ void MethodSelector::leave_explicit() {
   constexpr double share = 0.4;
   const Problem& problem = *state_.problem;
   double next = state_.stepper().next_dt();
-  if (rival_.family) next = std::max(next, state_.stepper().here().t - state_.stepper().before().t);
+  if (costs_.family) next = std::max(next, state_.stepper().here().t - state_.stepper().before().t);
   if (is_known_to_cost_less(next)) return;
-  const double worth = rival_.family ? clearly * rival_.worth_explicit_steps()
+  const double worth = costs_.family ? clearly * costs_.worth_explicit_steps()
                                      : (&implicit() == &family::rosenbrock ? share : 1) *
                                            worth_explicit_steps(implicit(), problem.n() + problem.m());
   if (left() < worth * next) return;
-  if (past_.per_time > 0) forecast_.ask_for_more();
+  if (past_.per_time > 0) forecast_.lengthen_stretch();
   change(implicit(), next, "stiff: stability, not accuracy, limited the steps");
 }
 
@@ -162,7 +164,7 @@ bool MethodSelector::is_known_to_cost_less(double dt) {
   if (past_.per_time == 0 || (past_.stayed > 0 && steps - past_.stayed < one_stretch)) return false;
   if (clearly * past_.per_time * dt < 1) return false;
   past_.stayed = steps;
-  state_.stepper().look_anew_for_stiffness();
+  state_.stepper().restart_stiffness_test();
   return true;
 }
 
@@ -184,7 +186,7 @@ void MethodSelector::judge_change() {
     past_.is_judged = elapsed > stretches * past_.span;
     return;
   }
-  forecast_.ask_for_more();
+  forecast_.lengthen_stretch();
   change(implicit(), past_.dt,
          "the explicit method takes more work: its steps are too short, or z costs too much in each");
 }
@@ -198,7 +200,7 @@ void MethodSelector::try_implicit() {
   constexpr int looks = 4;
   const long steps = state_.stats().steps - past_.begin;
   if (steady_.count() < trial_.first) trial_.favourable = 0;
-  if (rival_.family || state_.plan.modes > 0 || steady_.count() < trial_.first || steps < trial_.next) return;
+  if (costs_.family || state_.plan.modes > 0 || steady_.count() < trial_.first || steps < trial_.next) return;
   const double dt = steady_.mean();
   trial_.next = steps + later;
   const bool is_known = past_.per_time > 0 && past_.per_time * dt > 1;  // the implicit method took more work
@@ -240,21 +242,21 @@ void MethodSelector::leave_implicit() {
   const Point& here = state_.stepper().here();
   const double dt = here.t - state_.stepper().before().t;
   forecast_.step(dt);
-  if (would_raise_order()) {
+  if (higher_order_is_cheaper()) {
     is_lasting_ = true;
     return change(family::radau, dt, "the steps are many and alike: a higher order takes fewer");
   }
   if (!forecast_.is_due(steps) || !may_become_explicit()) return;
-  forecast_.look(state_.problem, here, {steps, work()});
+  forecast_.measure(state_.problem, here, {steps, work()});
   if (forecast_.is_less_work(left())) become_explicit(dt);
 }
 
 /// Have many steps of a Rosenbrock method on a small model been of similar size, with more to come?
-bool MethodSelector::would_raise_order() const {
+bool MethodSelector::higher_order_is_cheaper() const {
   constexpr long enough = 60;
   constexpr double many = 100;
-  return family_ == &family::rosenbrock && !rival_.family && !couplings_ && steady_.count() >= enough &&
-         left() >= many * steady_.mean() && pays_to_raise_order(state_.plan);
+  return family_ == &family::rosenbrock && !costs_.family && !couplings_ && steady_.count() >= enough &&
+         left() >= many * steady_.mean() && raising_order_pays(state_.plan);
 }
 
 bool MethodSelector::may_become_explicit() const {
@@ -270,7 +272,7 @@ void MethodSelector::become_explicit(double dt) {
   past_.span = forecast_.time();
   past_.dt = dt;
   past_.is_judged = false;
-  method_.tableau = rival_.family ? method_.explicit_choice.back() : explicit_pair_for(method_, state_.plan);
+  method_.tableau = costs_.family ? method_.explicit_choice.back() : explicit_pair_for(method_, state_.plan);
   change(family::explicit_pair, 0, "explicit steps of the size that stability allows would take less work");
 }
 

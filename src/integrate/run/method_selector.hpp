@@ -25,7 +25,7 @@ class MethodSelector {
   void step();
   /// Explicit → implicit where stiffness begins, and back where explicit steps would be less work, when it
   /// pays: many more steps of this size would follow. docs/derivations.md#choice-of-the-method
-  void change_if_it_pays();
+  void change_method_if_cheaper();
 
  private:
   bool is_automatic() const { return !method_.family; }
@@ -38,7 +38,7 @@ class MethodSelector {
   void try_implicit();
   bool try_where_steps_cost_more();
   bool is_known_to_cost_less(double dt);
-  bool would_raise_order() const;
+  bool higher_order_is_cheaper() const;
   bool may_become_explicit() const;
   void become_explicit(double dt);
   /// For what is stiff from here on.
@@ -54,12 +54,12 @@ class MethodSelector {
   std::shared_ptr<const DependencyGraph> couplings_;  ///< of a large model
   const MethodFamily* family_ = nullptr;              ///< in use
   std::string name_;                                  ///< of all methods so far
-  Rival rival_;                                       ///< where the work of steps was counted
+  StepCosts costs_;                                   ///< where the work of steps was counted
   std::optional<ExplicitWork> explicit_;              ///< known where an implicit method has been used
   ExplicitForecast forecast_;
-  SteadySteps steady_;       ///< of the method in use
-  int rescues_ = 0;          ///< steps of an implicit method that failed, and an explicit one went on
-  bool is_lasting_ = false;  ///< steps of a Rosenbrock method turned out to be many
+  SteadySteps steady_;          ///< of the method in use
+  int failures_recovered_ = 0;  ///< steps of an implicit method that failed, and an explicit one went on
+  bool is_lasting_ = false;     ///< steps of a Rosenbrock method turned out to be many
   /// The explicit method in use, and what the implicit one before has cost.
   struct {
     long begin = 0;                         ///< steps

@@ -215,7 +215,7 @@ const MethodFamily& implicit_family(const Problem& problem, const Method& method
   return suits ? family::rosenbrock : family::radau;
 }
 
-bool pays_to_raise_order(const Plan& plan) { return tightest(plan) < 2e-4; }
+bool raising_order_pays(const Plan& plan) { return tightest(plan) < 2e-4; }
 
 double worth_explicit_steps(const MethodFamily& implicit, int unknowns) {
   const double fewest = &implicit == &family::rosenbrock ? 30 : 15;
@@ -279,19 +279,19 @@ bool is_diffusion(Problem& problem, const Rates& rates, const Point& at) {
 /// few factorisations, all of them real, competes for few digits only, since its errors are somewhat larger.
 /// Rosenbrock methods compete for loose tolerances: from 10⁻⁵ on rodas4 takes up to eight times as many steps
 /// as Radau IIA, most of them after fronts.
-Rival cheapest_implicit(const Problem& problem, const Method& method, const Plan& plan,
-                        const StepWork& work) {
+StepCosts cheapest_implicit(const Problem& problem, const Method& method, const Plan& plan,
+                            const StepWork& work) {
   constexpr double few_digits = 5e-5, loose = 2e-5;
   // bdf errors are half a digit larger, which costs 3.7^0.2 of usual_bdf_steps()
   constexpr double clearly = 1.3;
   const double rtol = tightest(plan);
-  Rival rival{&family::radau, work.radau_step(rtol), 0, usual_radau_steps(rtol)};
+  StepCosts costs{&family::radau, work.radau_step(rtol), 0, usual_radau_steps(rtol)};
   if (rtol >= loose && &implicit_family(problem, method, plan) == &family::rosenbrock)
-    rival = {&family::rosenbrock, work.rosenbrock_step(), 0, usual_rosenbrock_steps(rtol)};
+    costs = {&family::rosenbrock, work.rosenbrock_step(), 0, usual_rosenbrock_steps(rtol)};
   const double steps = usual_bdf_steps(rtol);
-  if (rtol >= few_digits && clearly * steps * work.bdf_step() < rival.usual_steps * rival.implicit_step)
-    rival = {&family::bdf, work.bdf_step(), 0, steps};
-  return rival;
+  if (rtol >= few_digits && clearly * steps * work.bdf_step() < costs.usual_steps * costs.implicit_step)
+    costs = {&family::bdf, work.bdf_step(), 0, steps};
+  return costs;
 }
 
 /// Chooses the method for a large model on which stability would force many explicit steps, by an estimate of
@@ -306,10 +306,10 @@ std::optional<Choice> counted_choice(Problem& problem, const Method& method, con
   if (steps < many || rates.damped <= dominant * rates.growing) return {};
   const auto work = StepWork::of(problem);
   if (!work || !method.explicit_choice.back()) return {};
-  Rival rival = cheapest_implicit(problem, method, plan, *work);
-  rival.explicit_step = work->explicit_step(stages);
-  const double explicit_run = steps * rival.explicit_step,
-               implicit_run = rival.usual_steps * rival.implicit_step;
+  StepCosts costs = cheapest_implicit(problem, method, plan, *work);
+  costs.explicit_step = work->explicit_step(stages);
+  const double explicit_run = steps * costs.explicit_step,
+               implicit_run = costs.usual_steps * costs.implicit_step;
   if (rtol >= loosest_digits &&
       clearly * work->chebyshev_run(rates, span, rtol) < std::min(explicit_run, implicit_run) &&
       is_diffusion(problem, rates, start))
@@ -318,11 +318,11 @@ std::optional<Choice> counted_choice(Problem& problem, const Method& method, con
                   "stiff by diffusion: many stages cost less than factorisations for so few digits",
                   {}};
   if (implicit_run < explicit_run)
-    return Choice{rival.family, nullptr,
+    return Choice{costs.family, nullptr,
                   "stiff: explicit steps as short as stability requires would cost more than implicit ones",
-                  rival};
+                  costs};
   return Choice{&family::explicit_pair, method.explicit_choice.back(),
-                "explicit: stability limits the steps, and they cost less than implicit ones", rival};
+                "explicit: stability limits the steps, and they cost less than implicit ones", costs};
 }
 
 /// The problem whose eigenvalues are computed. Of a large model that is at rest almost everywhere it is a

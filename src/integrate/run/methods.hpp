@@ -73,11 +73,11 @@ const MethodFamily& implicit_family(const Problem& problem, const Method& method
 
 /// Whether Radau IIA takes less work than a Rosenbrock method where steps are many and alike. Measured:
 /// docs/performance.md.
-bool pays_to_raise_order(const Plan& plan);
+bool raising_order_pays(const Plan& plan);
 
 /// The counted work (step_work.hpp) of a step of an implicit method and of the explicit pair, whose steps
 /// stability limits. Without a family: not counted.
-struct Rival {
+struct StepCosts {
   const MethodFamily* family = nullptr;
   double implicit_step = 0, explicit_step = 0;
   double usual_steps = 0;  ///< of the implicit method over an interval
@@ -89,7 +89,7 @@ struct Choice {
   const MethodFamily* family = nullptr;
   TableauPtr tableau;
   std::string why;  ///< in words, for stats()
-  Rival rival{};
+  StepCosts costs{};
 };
 Choice choose(const ProblemPtr& problem, const Method& method, const Plan& plan, const Point& start,
               const std::shared_ptr<const DependencyGraph>& couplings = nullptr);

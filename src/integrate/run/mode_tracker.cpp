@@ -32,7 +32,7 @@ Failure ModeTracker::chattering(const Event& surface) {
 }
 
 void ModeTracker::begin(const Point& point, const Crossings& crossed) {
-  if (point.t >= state_.end) state_.aim(point.t);
+  if (point.t >= state_.end) state_.set_step_end(point.t);
   begun_ = crossed;
   begun_at_ = point.t;
   const double first = on_edge_of_domain(point, crossed) ? step_beside_root(point) : 0;

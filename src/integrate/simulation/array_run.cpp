@@ -24,10 +24,10 @@ using Index = Eigen::Index;
 using Values = std::unordered_map<Expr, double>;
 
 // regularity relative to that of the first step below which the rows are chosen again
-constexpr double worn = 0.1;
+constexpr double min_regularity = 0.1;
 constexpr long most_choices = 10'000;
 // of the run: progress that failed rows must have made to be chosen once more
-constexpr double barely = 1e-3;
+constexpr double min_progress = 1e-3;
 
 /// The reciprocal condition number of the Jacobian of the chosen rows, scaled as at the first point.
 class Regularity {
@@ -87,7 +87,7 @@ class ArrayRun {
     Simulation part = simulation_;
     part.plan.times.reset();
     dae::ModelPtr model = chosen_for_start(part);
-    if (model != first_) tell_states(*first_, part.plan.from, *model, part.plan.from);
+    if (model != first_) record_states(*first_, part.plan.from, *model, part.plan.from);
     RunOutcome outcome;
     for (long k = 0; k < most_choices; ++k) {
       const double from = part.plan.from;
@@ -114,9 +114,10 @@ class ArrayRun {
       }
       if (!next) break;
       watches_ = true;
-      const bool creeps = has_rows_of(**next, *model) && done.t().back() - from < barely * length();
-      if (broke && creeps) break;
-      if (*next != model) tell_states(*model, simulation_.plan.from, **next, done.t().back());
+      const bool hardly_advances =
+          has_rows_of(**next, *model) && done.t().back() - from < min_progress * length();
+      if (broke && hardly_advances) break;
+      if (*next != model) record_states(*model, simulation_.plan.from, **next, done.t().back());
       model = *next;
     }
     return whole_.finish(outcome);
@@ -138,7 +139,7 @@ class ArrayRun {
       if (!watches_) return false;
       const double here = (*regularity)(point);
       if (*at_first == 0) *at_first = here;
-      return here < worn * *at_first;
+      return here < min_regularity * *at_first;
     });
     part.rtol = whole_.tolerances_in(model, simulation_.rtol);
     part.atol = whole_.tolerances_in(model, simulation_.atol);
@@ -186,7 +187,7 @@ class ArrayRun {
   }
 
   /// Records a change of the states; other rows may have the same ones.
-  void tell_states(const dae::Model& before, double from, const dae::Model& next, double t) {
+  void record_states(const dae::Model& before, double from, const dae::Model& next, double t) {
     const std::string old = dae::grouped_names(before.states()), now = dae::grouped_names(next.states());
     if (old == now) return;
     if (!std::exchange(switched_, true)) whole_.solution().add_states({from, old});

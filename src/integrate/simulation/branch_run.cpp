@@ -6,7 +6,7 @@
 
 #include "base/text.hpp"
 #include "dae/model/lineage.hpp"
-#include "dae/start/way_check.hpp"
+#include "dae/start/continuation_check.hpp"
 #include "expr/graph/depends_on.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
@@ -56,33 +56,34 @@ class Approach {
         std::max(beyond * std::max(since, simulation_.plan.to - simulation_.plan.from), failed * step);
     const double end = std::min(begin + since + ahead, simulation_.plan.to);
     for (int k = 0; k < most_steps; ++k) {
-      const auto way = dae::expansion(model_, {"", here, {}, ""}, false);
-      if (!way) return "its derivatives were not found";
-      arrived_ = *way;
-      const double distance = std::min(distance_of(*way), end - way->t);
+      const auto continuation = dae::expansion(model_, {"", here, {}, ""}, false);
+      if (!continuation) return "its derivatives were not found";
+      arrived_ = *continuation;
+      const double distance = std::min(distance_of(*continuation), end - continuation->t);
       if (!(distance > 0)) return "the equations are not singular there, or the solution changes too fast";
-      const auto meeting = dae::meeting_time(model_, *way, simulation_.start->values, way->t + distance);
-      const double to = meeting.value_or(way->t + distance);
-      steps_.emplace_back(*way, to);
-      for (const auto& [leaf, value] : way->at(to)) here[leaf] = value;
+      const auto meeting =
+          dae::meeting_time(model_, *continuation, simulation_.start->values, continuation->t + distance);
+      const double to = meeting.value_or(continuation->t + distance);
+      steps_.emplace_back(*continuation, to);
+      for (const auto& [leaf, value] : continuation->at(to)) here[leaf] = value;
       if (meeting) return arrived_at(std::move(here), *meeting);
     }
     return "too many steps";
   }
 
   /// As follow(), for a run that begins where branches meet.
-  std::string stand_at(const Solution& piece) {
+  std::string start_at_meeting(const Solution& piece) {
     measure(piece);
     steps_.clear();
     return at_meeting(values_at(problem_, *simulation_.start, piece.point(0)));
   }
 
-  const std::vector<dae::WayOn>& ways() const { return ways_; }
-  const std::vector<dae::WayExpansion>& expansions() const { return expansions_; }
+  const std::vector<dae::Continuation>& continuations() const { return continuations_; }
+  const std::vector<dae::ContinuationExpansion>& expansions() const { return expansions_; }
   /// The polynomials up to the point, each with its end; empty if the run begins there.
-  const std::vector<std::pair<dae::WayExpansion, double>>& steps() const { return steps_; }
+  const std::vector<std::pair<dae::ContinuationExpansion, double>>& steps() const { return steps_; }
   double meeting() const { return steps_.back().second; }
-  const dae::WayExpansion& arrived() const { return arrived_; }
+  const dae::ContinuationExpansion& arrived() const { return arrived_; }
 
   double size_of(Expr leaf) const {
     const double size = size_so_far(leaf);
@@ -96,14 +97,16 @@ class Approach {
   }
 
   /// The distance over which a polynomial is accurate; 0 if it is too short to leave the point.
-  double distance_of(const dae::WayExpansion& way) const {
+  double distance_of(const dae::ContinuationExpansion& continuation) const {
     // of the tolerance; of the interval; of the interval
     constexpr double share = 0.1, first = 0.05, least = 1e-6;
     const double rtol = usual_rtol(simulation_);
     const double interval = simulation_.plan.to - simulation_.plan.from;
     const auto serves = [&](double distance) {
-      for (std::size_t j = 0; j < way.derivatives.size(); ++j)
-        if (!(way.last_terms(j, distance) <= share * rtol * size_of(way.derivatives[j].first))) return false;
+      for (std::size_t j = 0; j < continuation.derivatives.size(); ++j)
+        if (!(continuation.last_terms(j, distance) <=
+              share * rtol * size_of(continuation.derivatives[j].first)))
+          return false;
       return true;
     };
     for (double distance = first * interval; distance >= least * interval; distance /= 2)
@@ -122,21 +125,21 @@ class Approach {
   /// If the derivatives at the point determine no continuation, the arriving solution may be one itself.
   std::string arrived_at(dae::PointValues here, double meeting) {
     std::string why = at_meeting(here);
-    if (!ways_.empty()) return why;
-    const auto way = dae::arrived_way(model_, here, arrived_);
-    if (!way) return why;
-    ways_ = {*way};
+    if (!continuations_.empty()) return why;
+    const auto continuation = dae::arrived_continuation(model_, here, arrived_);
+    if (!continuation) return why;
+    continuations_ = {*continuation};
     expansions_ = {arrived_.about(meeting)};
     return "";
   }
 
   std::string at_meeting(const dae::PointValues& here) {
     expansions_.clear();
-    ways_ = dae::ways_on(model_, here);
-    if (ways_.empty()) return "no continuation was found";
-    for (const dae::WayOn& way : ways_) {
-      const auto expansion = dae::expansion(model_, way, true);
-      if (!expansion) return "the derivatives of " + way.text + " were not found";
+    continuations_ = dae::continuations_at(model_, here);
+    if (continuations_.empty()) return "no continuation was found";
+    for (const dae::Continuation& continuation : continuations_) {
+      const auto expansion = dae::expansion(model_, continuation, true);
+      if (!expansion) return "the derivatives of " + continuation.text + " were not found";
       expansions_.push_back(*expansion);
     }
     return "";
@@ -146,10 +149,10 @@ class Approach {
   const Problem& problem_;
   const Simulation& simulation_;
   dae::PointValues sizes_;
-  std::vector<std::pair<dae::WayExpansion, double>> steps_;
-  dae::WayExpansion arrived_;  ///< the last expansion before the point
-  std::vector<dae::WayOn> ways_;
-  std::vector<dae::WayExpansion> expansions_;
+  std::vector<std::pair<dae::ContinuationExpansion, double>> steps_;
+  dae::ContinuationExpansion arrived_;  ///< the last expansion before the point
+  std::vector<dae::Continuation> continuations_;
+  std::vector<dae::ContinuationExpansion> expansions_;
 };
 
 class BranchRun {
@@ -178,7 +181,7 @@ class BranchRun {
         }
         const std::string why = go_on_from_start();
         if (why.empty()) continue;
-        if (approach_.ways().size() < 2) throw;
+        if (approach_.continuations().size() < 2) throw;
         throw Failure(text(e.what(), "; branch: ", why));
       }
       const SolutionPtr piece(trajectory, &trajectory->solution());
@@ -211,16 +214,16 @@ class BranchRun {
   std::string go_on(const Solution& piece) {
     const bool begins = piece.t().back() == piece.t().front() && whole_.pieces().is_one();
     if (const std::string why =
-            begins ? approach_.stand_at(piece) : approach_.follow(piece, piece.outcome().t, 1000);
+            begins ? approach_.start_at_meeting(piece) : approach_.follow(piece, piece.outcome().t, 1000);
         !why.empty())
       return why;
     std::string why;
     const auto chosen = simulation_.branch->derivatives.empty() ? smooth(why) : asked_for(why);
     if (!chosen) return why;
-    const dae::WayExpansion& way = approach_.expansions()[*chosen];
-    const double distance = approach_.distance_of(way);
-    if (distance == 0) return "the solution " + approach_.ways()[*chosen].text + " changes too fast";
-    return begin_at(way, std::min(way.t + distance, simulation_.plan.to), piece.t().back());
+    const dae::ContinuationExpansion& continuation = approach_.expansions()[*chosen];
+    const double distance = approach_.distance_of(continuation);
+    if (distance == 0) return "the solution " + approach_.continuations()[*chosen].text + " changes too fast";
+    return begin_at(continuation, std::min(continuation.t + distance, simulation_.plan.to), piece.t().back());
   }
 
   /// The continuation that agrees with the polynomial of the solution so far.
@@ -228,22 +231,23 @@ class BranchRun {
     constexpr double clearly = 0.1;
     if (approach_.steps().empty()) {
       why = text("the run begins there, and nothing tells which of them is smooth: write branch = ",
-                 dae::choices_text(approach_.ways()));
+                 dae::choices_text(approach_.continuations()));
       return {};
     }
     std::vector<double> miss;
     const double meeting = approach_.meeting();
-    for (const dae::WayExpansion& way : approach_.expansions()) {
-      const double back = std::min(approach_.distance_of(way), approach_.distance_of(approach_.arrived()));
-      const auto expected = way.at(meeting - back), values = approach_.arrived().at(meeting - back);
+    for (const dae::ContinuationExpansion& continuation : approach_.expansions()) {
+      const double back =
+          std::min(approach_.distance_of(continuation), approach_.distance_of(approach_.arrived()));
+      const auto expected = continuation.at(meeting - back), values = approach_.arrived().at(meeting - back);
       double worst = back > 0 ? 0 : INFINITY;
-      for (const auto& [leaf, derivatives] : way.derivatives)
+      for (const auto& [leaf, derivatives] : continuation.derivatives)
         worst = std::max(worst, std::fabs(values.at(leaf) - expected.at(leaf)) / approach_.size_of(leaf));
       miss.push_back(worst);
     }
     constexpr double visible = 1e-2;
     if (miss.size() == 1 && miss[0] > visible) {
-      why = "the continuation that was found, with " + approach_.ways()[0].text + ", is not smooth";
+      why = "the continuation that was found, with " + approach_.continuations()[0].text + ", is not smooth";
       return {};
     }
     return clear_least(miss, clearly, "which of them goes on smoothly is not clear", why);
@@ -253,35 +257,40 @@ class BranchRun {
   std::optional<std::size_t> asked_for(std::string& why) const {
     constexpr double roughly = 0.1, clearly = 0.5,
                      rounding = 1e-6;  // the last: relative to the largest value so far
-    const auto& ways = approach_.ways();
-    std::vector<double> miss(ways.size(), 0);
+    const auto& continuations = approach_.continuations();
+    std::vector<double> miss(continuations.size(), 0);
     for (const auto& [leaf, value] : simulation_.branch->derivatives) {
       const Expr own = dae::resolve(*model_, leaf);
       const auto inside = leaves({&own, 1});
-      if (ways.size() > 1 && std::none_of(inside.begin(), inside.end(), [&](Expr e) {
-            return std::find(ways[0].differs.begin(), ways[0].differs.end(), e) != ways[0].differs.end();
+      if (continuations.size() > 1 && std::none_of(inside.begin(), inside.end(), [&](Expr e) {
+            return std::find(continuations[0].differs.begin(), continuations[0].differs.end(), e) !=
+                   continuations[0].differs.end();
           })) {
-        why = text(to_text(leaf), " does not tell them apart; write branch = ", dae::choices_text(ways));
+        why = text(to_text(leaf),
+                   " does not tell them apart; write branch = ", dae::choices_text(continuations));
         return {};
       }
       std::vector<double> here;
       double size = std::max(std::fabs(value), rounding * approach_.size_so_far(own));
-      for (const dae::WayOn& way : ways) {
+      for (const dae::Continuation& continuation : continuations) {
         for (Expr e : inside)
-          if (symbol_of(e).kind != Kind::constant && !way.values.count(e)) {
-            why = text(to_text(leaf), " has no value there; write branch = ", dae::choices_text(ways));
+          if (symbol_of(e).kind != Kind::constant && !continuation.values.count(e)) {
+            why =
+                text(to_text(leaf), " has no value there; write branch = ", dae::choices_text(continuations));
             return {};
           }
-        here.push_back(evaluate({&own, 1}, way.values)[0]);
+        here.push_back(evaluate({&own, 1}, continuation.values)[0]);
         size = std::max(size, std::fabs(here.back()));
       }
-      for (std::size_t k = 0; k < ways.size() && size > 0; ++k) miss[k] += std::fabs(here[k] - value) / size;
+      for (std::size_t k = 0; k < continuations.size() && size > 0; ++k)
+        miss[k] += std::fabs(here[k] - value) / size;
     }
-    const bool is_one = ways.size() == 1;
+    const bool is_one = continuations.size() == 1;
     const std::string none =
         text(is_one ? "the only continuation is not the one that was asked for"
                     : "none of them is clearly the one that was asked for",
-             "; write branch = ", is_one && ways[0].text.empty() ? "\"smooth\"" : dae::choices_text(ways));
+             "; write branch = ",
+             is_one && continuations[0].text.empty() ? "\"smooth\"" : dae::choices_text(continuations));
     const auto best = clear_least(miss, clearly, none, why);
     if (best && miss[*best] > roughly * static_cast<double>(simulation_.branch->derivatives.size())) {
       why = none;
@@ -302,10 +311,10 @@ class BranchRun {
   }
 
   /// Prepares the next piece from a time on the continuation; the solution up to it is given by polynomials.
-  std::string begin_at(const dae::WayExpansion& way, double to, double reached) {
+  std::string begin_at(const dae::ContinuationExpansion& continuation, double to, double reached) {
     dae::StartRequest request;
     request.t = to;
-    auto there = way.at(to);
+    auto there = continuation.at(to);
     constexpr double rounding = 1e-14;
     for (auto& [leaf, value] : there)
       if (std::fabs(value) < rounding * approach_.size_of(leaf)) value = 0;
@@ -324,16 +333,17 @@ class BranchRun {
     }
     for (const auto& [step, end] : approach_.steps())
       if (end > reached) add_polynomial(step, std::max(step.t, reached), end);
-    if (const double from = std::max(way.t, reached); to > from) add_polynomial(way, from, to);
+    if (const double from = std::max(continuation.t, reached); to > from)
+      add_polynomial(continuation, from, to);
     part_.plan.from = to;
     return "";
   }
 
-  void add_polynomial(const dae::WayExpansion& way, double from, double to) {
+  void add_polynomial(const dae::ContinuationExpansion& continuation, double from, double to) {
     constexpr Eigen::Index count = 9;  // Chebyshev points: more than the coefficients of the polynomial
     const auto leaves = leaves_of(*problem_);
     const auto values = [&](double t) {
-      const auto at = way.at(t);
+      const auto at = continuation.at(t);
       Vec list(static_cast<Eigen::Index>(leaves.size()));
       for (std::size_t j = 0; j < leaves.size(); ++j) list[j] = at.at(leaves[j]);
       return list;
@@ -389,30 +399,32 @@ bool is_pole(const Solution& solution, const Point& end) {
 
 }  // namespace
 
-std::string ways_on_text(const dae::ModelPtr& model, const Simulation& simulation, const Solution& solution,
-                         const Point& point, bool here) {
+std::string continuations_at_end_text(const dae::ModelPtr& model, const Simulation& simulation,
+                                      const Solution& solution, const Point& point, bool here) {
   if (solution.size() == 0 || is_explicit(*model) || is_pole(solution, point)) return "";
   Approach approach(*model, solution.problem(), simulation);
-  std::vector<dae::WayOn> ways;
+  std::vector<dae::Continuation> continuations;
   std::string where = "there";
   for (const double back : {0.02, 0.2, 0.5}) {  // the last steps may be off all branches
     try {
       if (!approach.follow(solution, point.t, 40, back).empty()) continue;
-      ways = approach.ways();
+      continuations = approach.continuations();
       if (!here) where = "where they meet, at t = " + rounded(approach.meeting(), 6) + ",";
       break;
     } catch (const UserFacing&) {  // this regular point gives no information
     }
   }
-  const bool arrived = !ways.empty();
-  if (here && ways.size() < 2) {
-    auto at_end = dae::ways_on(*model, values_at(solution.problem(), *simulation.start, point));
-    if (at_end.size() > 1) ways = std::move(at_end);
+  const bool arrived = !continuations.empty();
+  if (here && continuations.size() < 2) {
+    auto at_end = dae::continuations_at(*model, values_at(solution.problem(), *simulation.start, point));
+    if (at_end.size() > 1) continuations = std::move(at_end);
   }
-  if (arrived && ways.size() == 1 && !ways[0].text.empty())
-    return text("; a solution goes on ", where, " with ", ways[0].text, " (branch = \"smooth\" follows it)");
-  if (ways.size() < 2) return "";
-  return text("; solutions go on ", where, " with ", dae::ways_text(ways), " (branch = … follows one)");
+  if (arrived && continuations.size() == 1 && !continuations[0].text.empty())
+    return text("; a solution goes on ", where, " with ", continuations[0].text,
+                " (branch = \"smooth\" follows it)");
+  if (continuations.size() < 2) return "";
+  return text("; solutions go on ", where, " with ", dae::continuations_text(continuations),
+              " (branch = … follows one)");
 }
 
 TrajectoryPtr simulate_branches(const dae::ModelPtr& model, const Simulation& simulation) {

@@ -13,8 +13,8 @@ namespace pendula::integrate {
 /// "; solutions go on there with z′ = -1 or z′ = 1 …" for a run that has stopped; "" where this is not
 /// known. here: the reason for the stop names the place; else the run may have stopped before such a
 /// place, whose time is then given.
-std::string ways_on_text(const dae::ModelPtr& model, const Simulation& simulation, const Solution& solution,
-                         const Point& point, bool here);
+std::string continuations_at_end_text(const dae::ModelPtr& model, const Simulation& simulation,
+                                      const Solution& solution, const Point& point, bool here);
 
 /// As simulate(), which calls it; requires simulation.branch. Throws Error for fixed steps and sensitivities.
 TrajectoryPtr simulate_branches(const dae::ModelPtr& model, const Simulation& simulation);

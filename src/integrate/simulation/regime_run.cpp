@@ -10,7 +10,7 @@
 #include "expr/print/print.hpp"
 #include "integrate/event/zeno_detector.hpp"
 #include "integrate/simulation/problem_setup.hpp"
-#include "integrate/simulation/regime_blows.hpp"
+#include "integrate/simulation/regime_impacts.hpp"
 #include "integrate/simulation/run_parts.hpp"
 #include "integrate/simulation/usual_tolerances.hpp"
 
@@ -109,7 +109,7 @@ class RegimeRun {
         tolerance_(tolerance_of(*model, simulation)),
         regimes_(model),
         whole_(model, simulation, leaves_of(*make_problem(model, simulation))),
-        blows_(model, simulation, regimes_),
+        impacts_(model, simulation, regimes_),
         t_(simulation.plan.from) {}
 
   TrajectoryPtr run() {
@@ -122,15 +122,16 @@ class RegimeRun {
     RunOutcome outcome;
     for (long k = 0; next; ++k) {
       outcome = piece(*next);
-      if (strays_) {  // another regime holds from here on
-        next = was_here_ ? std::nullopt
-                         : regimes_.enter(request(), next->regime->choice, next->regime->choice, why, {});
+      if (in_wrong_regime_) {  // another regime holds from here on
+        next = was_in_wrong_regime_
+                   ? std::nullopt
+                   : regimes_.enter(request(), next->regime->choice, next->regime->choice, why, {});
         if (!next && whole_.pieces().empty()) throw none_goes_on(t_, why);
         if (!next) outcome = stopped_at(t_, "no regime of this piecewise model goes on from here." + why);
-        was_here_ = true;
+        was_in_wrong_regime_ = true;
         continue;
       }
-      was_here_ = false;
+      was_in_wrong_regime_ = false;
       const bool stuck = outcome.ending == Ending::stopped;  // for example where events accumulate
       if (t_ >= simulation_.plan.to && (left_ || outcome.ending == Ending::finished)) {
         outcome = {Ending::finished, ""};
@@ -156,12 +157,12 @@ class RegimeRun {
   RunOutcome piece(const dae::RegimeStart& start) {
     const dae::Regime& regime = *start.regime;
     Simulation part = simulation_;
-    if (!struck_ && !whole_.pieces().empty())
+    if (!events_applied_ && !whole_.pieces().empty())
       part.plan.events.sides = sides_of(simulation_.events, model_, request());
-    struck_ = false;
+    events_applied_ = false;
     part.plan.from = t_;
     part.plan.times.reset();
-    part.events = blows_.events_in(regime);
+    part.events = impacts_.events_in(regime);
     const std::size_t asked = part.events.size();
     for (std::size_t i = 0; i < regime.region.margins.size(); ++i) {
       ModelEvent end;
@@ -173,8 +174,8 @@ class RegimeRun {
     part.start = translated(start.at, regime.form);
     const TrajectoryPtr trajectory = simulate(regime.form, part);
     const SolutionPtr solution(trajectory, &trajectory->solution());
-    strays_ = is_left_unseen(*solution, start);
-    if (strays_) return solution->outcome();
+    in_wrong_regime_ = is_left_unseen(*solution, start);
+    if (in_wrong_regime_) return solution->outcome();
     const std::vector<EventRecord>& events = solution->events();
     left_ = solution->ending() == Ending::event && !events.empty() &&
             std::any_of(events.begin(), events.end(), [&](const EventRecord& e) {
@@ -187,32 +188,32 @@ class RegimeRun {
     const Point end = whole_.pieces().translated(solution->final());
     remember(end);
     RunOutcome outcome = solution->outcome();
-    if (outcome.ending == Ending::event) strike(regime, events, outcome);
+    if (outcome.ending == Ending::event) apply_events(regime, events, outcome);
     return outcome;
   }
 
   /// Applies the events that ended the piece.
-  void strike(const dae::Regime& regime, const std::vector<EventRecord>& events, RunOutcome& outcome) {
-    std::vector<Blows::Blow> blows;
+  void apply_events(const dae::Regime& regime, const std::vector<EventRecord>& events, RunOutcome& outcome) {
+    std::vector<RegimeImpacts::Impact> impacts;
     try {
-      blows = blows_.settle(events, regime, request(), measures(), values_);
+      impacts = impacts_.settle(events, regime, request(), measures(), values_);
     } catch (const Failure& e) {
       left_ = false;
       outcome = stopped_at(t_, e.what());
     }
-    if (!blows_.remark().empty() && whole_.solution().not_unique().empty())
-      whole_.solution().set_not_unique(blows_.remark());
-    struck_ = !blows.empty();
-    for (const Blows::Blow& blow : blows) {
-      left_ = !blow.stop;
-      const bool resets = blow.before != blow.after;
-      whole_.solution().add_event({t_, blow.which,
-                                   blow.stop ? "stop"
-                                   : resets  ? "reset"
-                                             : "",
-                                   point_of(blow.before), point_of(blow.after)});
+    if (!impacts_.remark().empty() && whole_.solution().not_unique().empty())
+      whole_.solution().set_not_unique(impacts_.remark());
+    events_applied_ = !impacts.empty();
+    for (const RegimeImpacts::Impact& impact : impacts) {
+      left_ = !impact.stop;
+      const bool resets = impact.before != impact.after;
+      whole_.solution().add_event({t_, impact.which,
+                                   impact.stop ? "stop"
+                                   : resets    ? "reset"
+                                               : "",
+                                   point_of(impact.before), point_of(impact.after)});
     }
-    if (struck_ && !left_ && outcome.ending == Ending::event) arrive(regime);
+    if (events_applied_ && !left_ && outcome.ending == Ending::event) arrive(regime);
   }
 
   /// Ends the run at a border of the regime: the final values are those of the next regime if there is one.
@@ -220,7 +221,7 @@ class RegimeRun {
     const Solution& ended = *whole_.pieces().last().solution;
     std::string why;
     const auto next = regimes_.enter(request(), regime.choice, {}, why, tolerance_);
-    if (!next || (!next->jumps && !struck_ && next->regime->choice == regime.choice)) return;
+    if (!next || (!next->jumps && !events_applied_ && next->regime->choice == regime.choice)) return;
     Simulation part = simulation_;
     part.plan.from = t_;
     part.start = translated(next->at, next->regime->form);
@@ -248,7 +249,7 @@ class RegimeRun {
   void add(const dae::Regime& regime, const SolutionPtr& solution, std::size_t shown) {
     if (const std::string where = text(regime.region.where, " (index ", regime.index, ")"); where != regime_)
       whole_.solution().add_regime({t_, regime_ = where});
-    whole_.add({regime.form, solution, t_, true, blows_.deferred()}, shown);
+    whole_.add({regime.form, solution, t_, true, impacts_.deferred()}, shown);
   }
 
   /// Has a margin become negative that is 0 at the beginning of the piece, together with all its known
@@ -278,13 +279,13 @@ class RegimeRun {
   bool stops_by_user(const std::vector<EventRecord>& events) const {
     return std::any_of(events.begin(), events.end(), [&](const EventRecord& e) {
       const auto which = static_cast<std::size_t>(e.which);
-      return which < blows_.deferred().size() && !blows_.deferred()[which] && e.action == "stop";
+      return which < impacts_.deferred().size() && !impacts_.deferred()[which] && e.action == "stop";
     });
   }
 
   /// Does an impulse act on a contact that has a law in an event together with one that has none?
   bool is_shared(const dae::RegimeStart& next, RunOutcome& outcome) const {
-    const Expr law = blows_.struck_despite_law(next, request(), measures());
+    const Expr law = impacts_.law_sharing_impulse(next, request(), measures());
     if (law.is_zero()) return false;
     outcome = stopped_at(t_, not_shared(law));
     return true;
@@ -292,7 +293,7 @@ class RegimeRun {
 
   dae::Sizes measures() const { return {sizes_}; }
 
-  Point point_of(const Blows::Values& values) const {
+  Point point_of(const RegimeImpacts::Values& values) const {
     const std::vector<Expr>& leaves = whole_.leaves();
     const auto n = static_cast<Eigen::Index>(model_->states().size());
     Vec all(static_cast<Eigen::Index>(leaves.size()));
@@ -335,14 +336,15 @@ class RegimeRun {
   const dae::Regimes::Tolerance tolerance_;
   dae::Regimes regimes_;
   SolutionInParts whole_;
-  Blows blows_;
+  RegimeImpacts impacts_;
   std::unordered_map<Expr, double> values_;  ///< of the model's leaves, where the next piece begins
   std::unordered_map<Expr, double> sizes_;   ///< the largest they have been
   double t_;
   std::string regime_;
   bool left_ = false;
-  bool struck_ = false;                     ///< events have changed the states since the last piece
-  bool strays_ = false, was_here_ = false;  ///< the last piece was in a wrong regime; the one before, too
+  bool events_applied_ = false;       ///< events have changed the states since the last piece
+  bool in_wrong_regime_ = false;      ///< the last piece was in a wrong regime
+  bool was_in_wrong_regime_ = false;  ///< the one before, too
   ZenoDetector zeno_;
 };
 

@@ -60,8 +60,8 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
   const auto so_far = std::make_shared<TrajectoryPtr>();
   complete_plan(plan, model, simulation, run, so_far);
   if (plan.check_singularities && simulation.start && simulation.sensitivities.empty())
-    plan.ways_on = [&](const Point& p, bool here) {
-      return ways_on_text(model, simulation, (*so_far)->solution(), p, here);
+    plan.continuations = [&](const Point& p, bool here) {
+      return continuations_at_end_text(model, simulation, (*so_far)->solution(), p, here);
     };
   const SolutionPtr solution = [&] {
     try {

@@ -82,12 +82,12 @@ Vec usual_atol(const Simulation& simulation, const ProblemPtr& problem, const Po
   Vec size(start.x.size() + start.z.size());
   size << start.x.cwiseAbs().cwiseMax(interval * start.xdot.cwiseAbs()), start.z.cwiseAbs();
   const Vec before = sizes_before(simulation, *problem);
-  const auto is_told = [&] { return size.size() && size.allFinite() && size.maxCoeff() > 0; };
+  const auto is_known = [&] { return size.size() && size.allFinite() && size.maxCoeff() > 0; };
   std::vector<char> certain(static_cast<std::size_t>(size.size()), 0);
-  if (is_told()) certain = without_noise(size, problem, start, interval);
+  if (is_known()) certain = without_noise(size, problem, start, interval);
   size = size.cwiseMax(before);
   const double rtol = usual_rtol(simulation);
-  if (!is_told()) return Vec::Constant(size.size(), rtol * usual_share);
+  if (!is_known()) return Vec::Constant(size.size(), rtol * usual_share);
   const double largest = size.maxCoeff();
   Vec share = small_shares(size, certain);
   if (largest > large_size) {

@@ -79,7 +79,7 @@ Point Solution::final() const {
 }
 
 /// ": the run stopped at t = 0.98: why" if it did not reach the requested end.
-std::string Solution::why_it_ends() const {
+std::string Solution::ending_reason() const {
   if (outcome_.ending == Ending::event) return "; an event ended it";
   return outcome_.ending == Ending::stopped ? "; it " + outcome_.message : "";
 }
@@ -92,7 +92,7 @@ Point Solution::at(double t) const {
       4 * std::numeric_limits<double>::epsilon() * std::max(std::fabs(first), std::fabs(last));
   if (!(t >= first - rounding && t <= last + rounding)) {
     throw Error(text("t = ", rounded(t), " lies outside the solution, which covers ", rounded(first),
-                     " ≤ t ≤ ", rounded(last), t > last ? why_it_ends() : ""));
+                     " ≤ t ≤ ", rounded(last), t > last ? ending_reason() : ""));
   }
   const int i = points_.index_at(t, rounding);
   if (std::fabs(t - points_.t()[i]) <= rounding) return points_[i];

@@ -175,7 +175,7 @@ class Solution {
  private:
   const codegen::Kernel& kernel(std::span<const Expr> expressions) const;
   void evaluate(const codegen::Kernel& kernel, const Point& point, double* out) const;
-  std::string why_it_ends() const;
+  std::string ending_reason() const;
 
   ProblemPtr problem_;
   std::shared_ptr<Problem> values_problem_;

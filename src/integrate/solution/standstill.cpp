@@ -29,20 +29,20 @@ void Standstill::after(const Point& point, double left) {
   if (!autonomous_) return;
   largest_ = largest_.cwiseMax(point.x.cwiseAbs());
   const double speed = size_of(point.xdot, point.x, tolerances_);
-  if (speed * left >= still_.way) return;
+  if (speed * left >= slowest_.distance) return;
   rest_ = rest(point);
-  still_.way = speed * left;
-  still_.t = point.t;
-  still_.x = point.x;
+  slowest_.distance = speed * left;
+  slowest_.t = point.t;
+  slowest_.x = point.x;
 }
 
 std::optional<double> Standstill::rest(const Point& end) const {
   constexpr double visible = 10;        // tolerances, at the end
   constexpr double accelerated = 1000;  // times the distance at constant speed
-  if (rest_ || still_.x.size() == 0) return rest_;
-  const Vec moved = end.x - still_.x;
-  const bool left = size_of(moved, still_.x, tolerances_) > accelerated * still_.way;
-  return left && size_of(moved, largest_, tolerances_) > visible ? std::optional(still_.t) : std::nullopt;
+  if (rest_ || slowest_.x.size() == 0) return rest_;
+  const Vec moved = end.x - slowest_.x;
+  const bool left = size_of(moved, slowest_.x, tolerances_) > accelerated * slowest_.distance;
+  return left && size_of(moved, largest_, tolerances_) > visible ? std::optional(slowest_.t) : std::nullopt;
 }
 
 }  // namespace pendula::integrate

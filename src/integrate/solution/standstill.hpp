@@ -32,11 +32,11 @@ class Standstill {
   bool autonomous_;
   Tolerances tolerances_;
   Vec largest_;
-  struct Still {
-    double way = slow, t = 0;  ///< in tolerances, at that speed until the end
-    Vec x;                     ///< empty: there was none
+  struct Slowest {
+    double distance = slow, t = 0;  ///< in tolerances, at that speed until the end
+    Vec x;                          ///< empty: there was none
   };
-  Still still_;                 ///< the slowest point so far
+  Slowest slowest_;             ///< the slowest point so far
   std::optional<double> rest_;  ///< of an earlier one
 };
 

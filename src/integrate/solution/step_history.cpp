@@ -9,7 +9,7 @@
 namespace pendula::integrate {
 
 void StepHistory::use(std::shared_ptr<Stepper> stepper) {
-  if (!steppers_.empty()) stepper->stand_at(*steppers_.back());
+  if (!steppers_.empty()) stepper->copy_position(*steppers_.back());
   steppers_.push_back(std::move(stepper));
 }
 

@@ -22,11 +22,13 @@ namespace {
 // and complex, cost 9 ms (80 unknowns, three diagonals) … 60 ms (400 unknowns, or grids), and save 5 … 20 µs
 // per factorisation with its solutions.
 constexpr int dense_always = 60;
-long often(int n) { return n <= dense_always ? 12 : std::min(static_cast<long>(n) * n / 4, 1500L); }
+long factorisations_before_code(int n) {
+  return n <= dense_always ? 12 : std::min(static_cast<long>(n) * n / 4, 1500L);
+}
 
 /// The number of operations up to which code beats vectorised dense elimination, α n³ + β n² (in units of
 /// 0.25 ns, the time of one operation of code).
-std::size_t worthwhile(int n, bool complex) {
+std::size_t largest_useful_code(int n, bool complex) {
   constexpr std::size_t most = 80'000;  // larger code does not fit into the caches
   constexpr int tiny = 10;
   if (n <= tiny) return most;
@@ -261,7 +263,7 @@ void LinearSolver<Scalar>::analyse(int n, const std::vector<Position>& positions
   }
   count_ = plans_ = 0;
   next_plan_ = 0;
-  first_plan_ = factorisation == Factorisation::straight ? 0 : often(n);
+  first_plan_ = factorisation == Factorisation::straight ? 0 : factorisations_before_code(n);
   use_straight_ = false;
   const bool dense = n <= dense_limit || is_full(n, positions_, full, full_limit);
   sparse_ = nullptr;
@@ -306,8 +308,8 @@ bool LinearSolver<Scalar>::plan(const Scalar* values) {
   std::vector<codegen::StraightLU::Position> positions;
   for (const Position& p : positions_) positions.push_back({p.row, p.column});
   auto plan = codegen::StraightLU::plan(n_, positions, reinterpret_cast<const double*>(values),
-                                        is_complex<Scalar>, worthwhile(n_, is_complex<Scalar>));
-  next_plan_ = std::max(2 * count_, often(n_));
+                                        is_complex<Scalar>, largest_useful_code(n_, is_complex<Scalar>));
+  next_plan_ = std::max(2 * count_, factorisations_before_code(n_));
   ++plans_;
   if (!plan && use_) use_->next_plan = 10 * use_->count + 1000;  // too long; not tried again soon
   if (!plan) return false;

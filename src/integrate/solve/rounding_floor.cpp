@@ -40,9 +40,9 @@ void RoundingFloor::measure(const Matrix& A, const double* y, const double* xdot
   }
 }
 
-RoundingFloor::Answer RoundingFloor::look(const Matrix& A, const double* y, const double* xdot,
-                                          const std::vector<double>& scale, double dt, double length,
-                                          double stages) {
+RoundingFloor::Answer RoundingFloor::judge(const Matrix& A, const double* y, const double* xdot,
+                                           const std::vector<double>& scale, double dt, double length,
+                                           double stages) {
   constexpr double acceptable = 0.3;  // of the tolerances
   measure(A, y, xdot);
   ErrorSum all, plain;

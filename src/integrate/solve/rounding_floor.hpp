@@ -36,8 +36,8 @@ class RoundingFloor {
   RoundingFloor(std::vector<int> index, int states);
   bool raised() const { return !least_.empty(); }
   bool has_multipliers() const { return has_multipliers_; }
-  /// Is a rejected step a reason to look? After the first one where there are multipliers, after the second
-  /// where there are other unknowns without x′.
+  /// Is a rejected step a reason to test for it? After the first one where there are multipliers, after the
+  /// second where there are other unknowns without x′.
   bool may_raise(bool repeated) const { return has_multipliers_ || (repeated && has_algebraic_); }
   void forget() {
     least_.clear();
@@ -47,8 +47,8 @@ class RoundingFloor {
 
   /// length: the last correction, or the estimated error, in units of the tolerances `scale`; stages: what
   /// the method makes of rounding in one residual. Cost: three solutions.
-  Answer look(const Matrix& matrix, const double* y, const double* xdot, const std::vector<double>& scale,
-              double dt, double length, double stages);
+  Answer judge(const Matrix& matrix, const double* y, const double* xdot, const std::vector<double>& scale,
+               double dt, double length, double stages);
 
   /// The tolerance of unknown k for steps of dt, if it has been raised; else 0.
   double least(int k, double dt) const;

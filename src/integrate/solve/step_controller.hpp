@@ -85,19 +85,26 @@ struct StepState {
   Number repeated = 0.0;  ///< 1: the last attempt was rejected
   Number accepted = 0.0;  ///< steps since the start
   // stiffness test
-  Number hits = 0.0;  ///< steps near the edge of the stability region
-  Number calm = 0.0;  ///< steps away from it since the last hit
+  Number hits = 0.0;             ///< steps near the edge of the stability region
+  Number steps_since_hit = 0.0;  ///< steps away from it since the last hit
   // where stability limits the steps
   Number ceiling = std::numeric_limits<double>::infinity();
-  Number since_rejection = 0.0;  ///< accepted steps
-  Number rejected_dt = 0.0;      ///< of the last rejection
-  Number longest = 0.0;          ///< accepted step since then
-  Number alike = 0.0;            ///< rejections in a row at about the same step size
+  Number since_rejection = 0.0;     ///< accepted steps
+  Number rejected_dt = 0.0;         ///< of the last rejection
+  Number longest = 0.0;             ///< accepted step since then
+  Number similar_rejections = 0.0;  ///< rejections in a row at about the same step size
 
-  static constexpr std::array fields = {
-      &StepState::dt,          &StepState::damping, &StepState::repeated, &StepState::accepted,
-      &StepState::hits,        &StepState::calm,    &StepState::ceiling,  &StepState::since_rejection,
-      &StepState::rejected_dt, &StepState::longest, &StepState::alike};
+  static constexpr std::array fields = {&StepState::dt,
+                                        &StepState::damping,
+                                        &StepState::repeated,
+                                        &StepState::accepted,
+                                        &StepState::hits,
+                                        &StepState::steps_since_hit,
+                                        &StepState::ceiling,
+                                        &StepState::since_rejection,
+                                        &StepState::rejected_dt,
+                                        &StepState::longest,
+                                        &StepState::similar_rejections};
 };
 
 /// What a step with a second stage g at its end shows beside its error: sums of
@@ -153,9 +160,9 @@ class StepController {
     Condition limited = is_stiff(s);
     if (large_) {
       const Condition near = both(magnitude(dt - s.rejected_dt) < dt * 0.2, s.longest < dt * 1.2);
-      const Number count = choose(both(s.since_rejection <= again, near), s.alike + 1.0, 0.0);
-      s.alike = choose(s.since_rejection < 1.0, s.alike, count);
-      limited = either(limited, enough_alike <= s.alike);
+      const Number count = choose(both(s.since_rejection <= again, near), s.similar_rejections + 1.0, 0.0);
+      s.similar_rejections = choose(s.since_rejection < 1.0, s.similar_rejections, count);
+      limited = either(limited, enough_similar_rejections <= s.similar_rejections);
       s.rejected_dt = dt;
       s.longest = 0.0;
     }
@@ -198,17 +205,18 @@ class StepController {
     const double edge = 0.95 * rules_.stability_limit, inside = 0.3 * rules_.stability_limit;
     const Number points = signs.points, h_lambda = signs.slopes * (dt * dt);  // squared, times `points`
     const Condition smooth = signs.change <= smooth_change * smooth_change * signs.size;
-    const Condition calm_but_for_errors = either(smooth, signs.change <= signs.slopes);
+    const Condition smooth_but_for_errors = either(smooth, signs.change <= signs.slopes);
     const Condition hit = either(edge * edge * points < h_lambda,
-                                 both(inside * inside * points < h_lambda, calm_but_for_errors));
+                                 both(inside * inside * points < h_lambda, smooth_but_for_errors));
     const Condition counts = both(both(0.0 < points, 10.0 <= s.accepted), s.hits < enough_hits);
-    const Number calm = choose(both(0.0 < s.hits, counts), s.calm + 1.0, s.calm);
-    const Condition over = calm_enough <= calm;
+    const Number steps_since_hit =
+        choose(both(0.0 < s.hits, counts), s.steps_since_hit + 1.0, s.steps_since_hit);
+    const Condition over = steps_to_forget_hits <= steps_since_hit;
     State next = s;
     next.hits = choose(hit, s.hits + 1.0, choose(over, 0.0, s.hits));
-    next.calm = choose(hit, 0.0, choose(over, 0.0, calm));
+    next.steps_since_hit = choose(hit, 0.0, choose(over, 0.0, steps_since_hit));
     s.hits = choose(counts, next.hits, s.hits);
-    s.calm = choose(counts, next.calm, s.calm);
+    s.steps_since_hit = choose(counts, next.steps_since_hit, s.steps_since_hit);
     return s;
   }
 
@@ -216,14 +224,14 @@ class StepController {
 
  private:
   static constexpr double smooth_change = 0.02;  ///< of x′ in a step, relative: below, the step is smooth
-  static constexpr double safety = 0.9, least_error = 1e-4, calm_enough = 6;
+  static constexpr double safety = 0.9, least_error = 1e-4, steps_to_forget_hits = 6;
   /// Accepted steps until a new try beyond the ceiling is worth a rejection.
   static constexpr double soon = 60;
   static constexpr double first_steps = 1;  ///< they begin cautiously, and may grow by rules_.fastest
   // In large models rejections again and again at one step size are enough of a sign; in small ones accuracy
   // does the same and costs nothing.
   static constexpr int many_unknowns = 200;
-  static constexpr double again = 12, enough_alike = 8;
+  static constexpr double again = 12, enough_similar_rejections = 8;
 
   Number least_factor(const State& s) const {
     const Number usual = 1 / rules_.settled_fastest;

@@ -62,7 +62,7 @@ RoundingFloor::Answer BdfStepper::at_rounding(double length) {
   constexpr double sums = 100;  // amplification by differences and sums over the steps
   std::vector<double> slopes(static_cast<std::size_t>(n()));
   for (std::size_t k = 0; k < slopes.size(); ++k) slopes[k] = (attempt_.psi[k] + attempt_.d[k]) / attempt_.c;
-  const auto answer = rounding_.look(
+  const auto answer = rounding_.judge(
       {rows_.positions, jacobian_.entries, rows_.in_mass,
        time_terms(here_.t + dt_, attempt_.y.data(), slopes.data()), [&](double* right) { solve(right); }},
       attempt_.y.data(), slopes.data(), attempt_.scale, dt_, length, sums);

@@ -213,7 +213,7 @@ bool ExplicitStepper::compute(const Point& from, double dt) {
     stats_.evaluations += controller_.rules().fsal ? stages - 1 : stages;
     coded_ = sum == 0;  // otherwise the loop below finds the equation that is not finite
     if (coded_) {
-      in_vain_ = 0;
+      code_failures_ = 0;
       return true;
     }
   }
@@ -241,7 +241,7 @@ bool ExplicitStepper::compute(const Point& from, double dt) {
   combine(size, behind_stages(2), dt, rows_.second_error, K, behind_stages(2));
   // failures in succession; the linear system always needs pivoting, and each step would be computed twice
   constexpr int patience = 5;
-  if (code_ && ++in_vain_ == patience) code_.reset();
+  if (code_ && ++code_failures_ == patience) code_.reset();
   return true;
 }
 

@@ -24,7 +24,7 @@ class ExplicitStepper final : public Stepper {
   TableauPtr tableau(const StepView&) const override { return tableau_; }
   void interpolate(const StepView& step, double t, Detail detail, Point& out) override;
   bool is_stiff() const override { return Controller::is_stiff(control_); }
-  void look_anew_for_stiffness() override { control_.hits = control_.calm = 0; }
+  void restart_stiffness_test() override { control_.hits = control_.steps_since_hit = 0; }
   bool is_explicit() const override { return true; }
 
  private:
@@ -82,8 +82,8 @@ class ExplicitStepper final : public Stepper {
   double stage_accuracy_;  ///< relative, of x′ and z that no mesh point keeps
   std::shared_ptr<CompiledExplicitStep> code_;
   CompiledExplicitStep::End end_{};
-  bool coded_ = false;  ///< the last step was: end_ holds it, not stages_
-  int in_vain_ = 0;     ///< steps in a row that the code could not make, and the stages could
+  bool coded_ = false;     ///< the last step was: end_ holds it, not stages_
+  int code_failures_ = 0;  ///< steps in a row that the code could not make, and the stages could
   Stages stages_;
   std::vector<double> scaled_;  ///< the error, in units of the tolerance
   Vec largest_z_;               ///< so far

@@ -45,7 +45,7 @@ double IrkStepper::error_norm(double dt, bool again) {
 /// without the matrix; otherwise 0.
 double IrkStepper::correction_at_end(double dt) {
   constexpr double longer = 2;
-  const bool due = determined_ && last_.dt > 0 && (iteration_.wary > 0 || dt > longer * last_.dt);
+  const bool due = determined_ && last_.dt > 0 && (iteration_.checks_due > 0 || dt > longer * last_.dt);
   const double gh = dt / f().gamma;
   const int last = f().s - 1;
   const double* Z = Z_.data() + static_cast<std::ptrdiff_t>(last) * N_;
@@ -82,11 +82,11 @@ double IrkStepper::correction_at_end(double dt) {
   for (int k = 0; k < N_; ++k) sum.add(error_[k] / scales_.scale[k]);
   const double norm = sum.norm(N_);
   if (stagnates && norm < 1) check_.set_harmless(work_.residual.data(), work_.transformed.data(), entries);
-  constexpr int calm = 4;  // steps until a large correction is forgotten
+  constexpr int steps_checked = 4;  // steps until a large correction is forgotten
   if (norm >= 1)
-    iteration_.wary = calm;
-  else if (norm < 0.1 && iteration_.wary > 0)
-    --iteration_.wary;
+    iteration_.checks_due = steps_checked;
+  else if (norm < 0.1 && iteration_.checks_due > 0)
+    --iteration_.checks_due;
   return std::isfinite(norm) ? norm : 0;
 }
 

@@ -107,23 +107,23 @@ int IrkStepper::degree_continued(double dt) {
   if (last_.dt == 0 || last_.distrusted) return 0;
   const IrkFormula& old = *formulas_[last_.level];
   const double ratio = dt / last_.dt, theta = 1 + f().c.back() * ratio;
-  const double bearable = std::min(last_.way * ratio, far);
+  const double tolerable_error = std::min(last_.distance * ratio, far);
   Prediction& past = iteration_.prediction;
-  past.bearable = 0;
+  past.tolerable_error = 0;
   const bool suspicious = check_.has_algebraic() && (last_.repeated || control_.repeated);
-  if (!suspicious && past.doubted == 0) {
-    past.bearable = old.stiffly_accurate ? bearable : 0;
+  if (!suspicious && past.suspect_steps == 0) {
+    past.tolerable_error = old.stiffly_accurate ? tolerable_error : 0;
     return old.s;
   }
-  if (!control_.repeated && past.doubted > 0) --past.doubted;
+  if (!control_.repeated && past.suspect_steps > 0) --past.suspect_steps;
   std::vector<double>& l = work_.lagrange;
   l.resize(static_cast<std::size_t>(old.s) + 1);
   const int least = old.stiffly_accurate && !check_.has_algebraic() ? 2 : old.s;
   for (int q = old.s; q >= least; --q) {
     old.closest(theta, q, l.data());
     const auto add_size = [](double sum, double weight) { return sum + std::fabs(weight); };
-    if (iteration_.tolerance * std::accumulate(l.begin(), l.end(), 0.0, add_size) > bearable) continue;
-    past.bearable = q == old.s && old.stiffly_accurate ? bearable : 0;
+    if (iteration_.tolerance * std::accumulate(l.begin(), l.end(), 0.0, add_size) > tolerable_error) continue;
+    past.tolerable_error = q == old.s && old.stiffly_accurate ? tolerable_error : 0;
     return q;
   }
   return 0;
@@ -311,9 +311,9 @@ RoundingFloor::Answer IrkStepper::at_rounding(double dt, double length) {
     if (!matrices().real.factorise(shifted_.real.data())) return RoundingFloor::Answer::no;
   }
   const auto solve = [&](double* right) { matrices().real.solve(right); };
-  const auto answer = rounding_.look({rows_.positions, jacobian_.entries, rows_.in_mass,
-                                      time_terms(here_.t + dt, y_.data(), here_.xdot.data()), solve},
-                                     y_.data(), here_.xdot.data(), scales_.scale, dt, length, stages);
+  const auto answer = rounding_.judge({rows_.positions, jacobian_.entries, rows_.in_mass,
+                                       time_terms(here_.t + dt, y_.data(), here_.xdot.data()), solve},
+                                      y_.data(), here_.xdot.data(), scales_.scale, dt, length, stages);
   if (rounding_.trouble > 0) trouble_ = rounding_text(rounding_, unknown_name(rounding_.worst));
   if (answer != RoundingFloor::Answer::accepted) return answer;
   iteration_.tolerance = std::max(iteration_.tolerance, std::min(0.1, stages / 10 * rounding_.floor));

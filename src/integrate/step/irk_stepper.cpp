@@ -117,7 +117,7 @@ void IrkStepper::start(const Point& point, double end) {
   jacobian_.factorised_for = 0;
   iteration_.contraction = 1;
   iteration_.slow_factor = 0.5;
-  iteration_.failures = iteration_.wary = 0;
+  iteration_.failures = iteration_.checks_due = 0;
   rounding_.forget();
   last_.dt = 0;
   pulses_.start(here_.z);
@@ -279,7 +279,7 @@ void IrkStepper::reject(double dt, Rejection why, double error) {
   }
 }
 
-double IrkStepper::way_to_last_stage() const {
+double IrkStepper::distance_to_last_stage() const {
   const double* Z = Z_.data() + Z_.size() - static_cast<std::size_t>(N_);
   ErrorSum sum;
   for (int k = 0; k < N_; ++k) sum.add(Z[k] * scales_.inverse[k]);
@@ -305,7 +305,7 @@ void IrkStepper::accept(double dt, double error, double end) {
   if (dt == end - here_.t) next_.t = end;
   last_.t = here_.t;
   last_.dt = dt;
-  last_.way = way_to_last_stage();
+  last_.distance = distance_to_last_stage();
   last_.distrusted = false;
   last_.level = order_.level;
   last_.y = y_;
@@ -322,9 +322,9 @@ void IrkStepper::accept(double dt, double error, double end) {
 void IrkStepper::choose_order(double change) {
   ++order_.since_change;
   const int top = static_cast<int>(formulas_.size()) - 1;
-  const bool calm = change > order_quotient_low && change < order_quotient_high;
+  const bool size_is_steady = change > order_quotient_low && change < order_quotient_high;
   int wanted = order_.level;
-  if (order_.level < top && order_.since_change >= 10 && iteration_.theta <= order_up && calm)
+  if (order_.level < top && order_.since_change >= 10 && iteration_.theta <= order_up && size_is_steady)
     wanted = order_.level + 1;
   if (order_.level > 0 && order_.since_change >= 3 && iteration_.theta >= order_down)
     wanted = order_.level - 1;

@@ -77,11 +77,11 @@ class IrkStepper final : public Stepper {
   };
   /// Starting values by the whole polynomial of the last step.
   struct Prediction {
-    double bearable = 0;  ///< length of a first correction; 0: others are in use
-    double first = 0;     ///< its length
-    int doubted = 0;      ///< steps that still begin with polynomials of lower degree
+    double tolerable_error = 0;  ///< length of a first correction; 0: others are in use
+    double first = 0;            ///< its length
+    int suspect_steps = 0;       ///< steps that still begin with polynomials of lower degree
     void failed() {
-      if (bearable > 0 && first > bearable) doubted = 10;
+      if (tolerable_error > 0 && first > tolerable_error) suspect_steps = 10;
     }
   };
   struct Iteration {
@@ -92,7 +92,7 @@ class IrkStepper final : public Stepper {
     double contraction = 1;    ///< Θ/(1 - Θ), an estimate where only one iteration was made
     double slow_factor = 0.5;  ///< of dt, when it was slow
     int failures = 0;          ///< since the last accepted step
-    int wary = 0;              ///< steps that are still checked: correction_at_end()
+    int checks_due = 0;        ///< steps that are still checked: correction_at_end()
     long counted = 0;          ///< of Stats::newton_iterations, by CompiledNewtonStep::make
     Prediction prediction{};
   };
@@ -109,7 +109,7 @@ class IrkStepper final : public Stepper {
   struct LastStep {
     int level = 0;
     double t = 0, dt = 0;     ///< dt = 0: there is none
-    double way = 0;           ///< from its beginning to its last stage, in tolerances
+    double distance = 0;      ///< from its beginning to its last stage, in tolerances
     bool repeated = false;    ///< it was accepted after rejections
     bool distrusted = false;  ///< continued, it has led nowhere
     std::vector<double> y, Z;
@@ -165,7 +165,7 @@ class IrkStepper final : public Stepper {
   bool complete(double dt);
   void accept(double dt, double error, double end);
   double safety_factor() const;
-  double way_to_last_stage() const;
+  double distance_to_last_stage() const;
   void choose_order(double quotient);
   void reject(double dt, Rejection why, double error = 0);
   void refine(const StepView& step, int level, double t, Point& out);

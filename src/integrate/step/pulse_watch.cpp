@@ -15,14 +15,14 @@ void PulseWatch::Range::include(double value) {
 
 PulseWatch::PulseWatch(int n, int m)
     : n_(n),
-      swings_(static_cast<std::size_t>(m)),
-      in_step_(swings_),
+      ranges_(static_cast<std::size_t>(m)),
+      in_step_(ranges_),
       missed_(n),
       y_(static_cast<std::size_t>(n + m)),
       slope_(static_cast<std::size_t>(n)) {}
 
 void PulseWatch::start(const Vec& z) {
-  for (std::size_t k = 0; k < swings_.size(); ++k) swings_[k] = {z[k], z[k]};
+  for (std::size_t k = 0; k < ranges_.size(); ++k) ranges_[k] = {z[k], z[k]};
 }
 
 void PulseWatch::begin(const Vec& z, const Vec& z_end) {
@@ -37,23 +37,23 @@ void PulseWatch::include(const double* z) {
 bool PulseWatch::is_due(const std::vector<double>& scale) const {
   constexpr double quarter = 0.25, visible = 100;
   for (std::size_t k = 0; k < in_step_.size(); ++k) {
-    if (swings_[k].width() == 0 && in_step_[k].width() > visible * scale[n_ + k]) return true;
+    if (ranges_[k].width() == 0 && in_step_[k].width() > visible * scale[n_ + k]) return true;
     const double again =
-        std::min(in_step_[k].high, swings_[k].high) - std::max(in_step_[k].low, swings_[k].low);
-    if (again > std::max(quarter * swings_[k].width(), visible * scale[n_ + k])) return true;
+        std::min(in_step_[k].high, ranges_[k].high) - std::max(in_step_[k].low, ranges_[k].low);
+    if (again > std::max(quarter * ranges_[k].width(), visible * scale[n_ + k])) return true;
   }
   return false;
 }
 
-double PulseWatch::look(const Step& step, const Equations& equations) {
+double PulseWatch::distance_from_equations(const Step& step, const Equations& equations) {
   constexpr double share = 0.1, part = 1e-3, visible = 100;
   constexpr double unknown = 2;  // no solution of the equations there; requests a somewhat shorter step
   Vec xdot(n_), z(static_cast<Eigen::Index>(in_step_.size()));
   missed_.setZero();
   double begin = 0, worst = 0;
   for (const double node : step.nodes) {
-    const double width = (node - begin) / (step.looks + 1);
-    for (int i = 1; i <= step.looks; ++i) {
+    const double width = (node - begin) / (step.samples + 1);
+    for (int i = 1; i <= step.samples; ++i) {
       const double at = begin + width * i;
       step.curve(at, y_.data(), slope_.data());
       xdot = Eigen::Map<const Vec>(slope_.data(), n_);
@@ -85,9 +85,9 @@ double PulseWatch::missed_norm(double dt, const std::vector<double>& scale,
 }
 
 void PulseWatch::accept() {
-  for (std::size_t k = 0; k < swings_.size(); ++k) {
-    swings_[k].include(in_step_[k].low);
-    swings_[k].include(in_step_[k].high);
+  for (std::size_t k = 0; k < ranges_.size(); ++k) {
+    ranges_[k].include(in_step_[k].low);
+    ranges_[k].include(in_step_[k].high);
   }
 }
 

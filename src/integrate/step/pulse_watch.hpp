@@ -18,7 +18,7 @@ class PulseWatch {
   struct Step {
     double t, dt;
     std::span<const double> nodes;  ///< ascending parts of the step, at whose ends the equations hold
-    int looks;                      ///< between two nodes; odd
+    int samples;                    ///< between two nodes; odd
     /// y = (x, z) and x′ of the continuous extension at this part of the step.
     std::function<void(double part, double* y, double* slope)> curve;
     const std::vector<double>& scale;  ///< the tolerances of y
@@ -41,7 +41,7 @@ class PulseWatch {
   /// The distance of z of the continuous extension from z of the equations, in units of a tenth of the range
   /// of z in the step; 2 where the equations have no solution. Integrates the difference of their x′ for
   /// missed_norm(), in parts of dt, by Simpson's rule.
-  double look(const Step& step, const Equations& equations);
+  double distance_from_equations(const Step& step, const Equations& equations);
   /// The error of x by that integral in a step of size dt, in the tolerances `scale`. filter(missed, e): the
   /// error e of (x, z) that is left of it where the equations are stiff, as in the error estimate of the
   /// method; false where there is none. Called only where h times the integral is visible.
@@ -57,7 +57,7 @@ class PulseWatch {
     double width() const { return high - low; }
   };
   int n_;
-  std::vector<Range> swings_;   ///< of every z since the start
+  std::vector<Range> ranges_;   ///< of every z since the start
   std::vector<Range> in_step_;  ///< since begin()
   Vec missed_;
   std::vector<double> y_, slope_;

@@ -59,7 +59,7 @@ RosenbrockStepper::RosenbrockStepper(ProblemPtr problem, RosenbrockPtr method, T
       pulses_(n(), m()) {
   if (!method_->e())
     throw Error(text("the method ", method_->name(), " has no embedded method to estimate its error"));
-  if (!method_->error_sees_linear())
+  if (!method_->error_estimate_sees_linear())
     throw Error(text("the error estimate of ", method_->name(),
                      " is zero for every linear equation: it cannot choose steps; take method = \"rodas\""));
   require_constant_mass();

@@ -119,7 +119,7 @@ void RungeKutta::settle(Point& point) {
   equations_.set(Vec::Constant(1, point.t), point.x, Mat::Zero(1, 1));
   const NewtonResult result = newton(w_);
   if (result.outcome == Outcome::singular) report_undetermined(newton_.last_jacobian());
-  if (!result.ok() && settle_from_afar(point)) return;
+  if (!result.ok() && settle_with_continuation(point)) return;
   if (!result.ok()) report(result, "for x′ and z at the mesh point", 0);
   point.xdot = w_.head(n);
   point.z = w_.tail(problem_->m());
@@ -237,13 +237,13 @@ bool RungeKutta::guess_at_stage_times(const Point& from, const Mat& base, const 
   const Eigen::Index n = problem_->n(), N = n + problem_->m();
   for (Eigen::Index i = 0; i < times.size(); ++i) {
     Point point{times[i], base.col(i), from.xdot, from.z};
-    if (!settle_from_afar(point)) return false;
+    if (!settle_with_continuation(point)) return false;
     w_.segment(i * N, N) << point.xdot, point.z;
   }
   return true;
 }
 
-bool RungeKutta::settle_from_afar(Point& point) {
+bool RungeKutta::settle_with_continuation(Point& point) {
   try {
     return RhsSolver(problem_, stats_).settle(point);
   } catch (const Failure&) {

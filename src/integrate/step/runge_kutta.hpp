@@ -77,7 +77,7 @@ class RungeKutta {
   void solve_block(const Point& from, double dt, Block block);
   void solve_coupled(const Point& from, double dt, Block block);
   bool guess_at_stage_times(const Point& from, const Mat& base, const Vec& times);
-  bool settle_from_afar(Point& point);
+  bool settle_with_continuation(Point& point);
   void evaluate_stage(const Point& from, double dt, int i);
   void complete(const Point& from, Point& to);
   NewtonResult newton(Vec& w);

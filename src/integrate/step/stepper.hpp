@@ -55,7 +55,7 @@ class Stepper {
   const Point& here() const { return here_; }
   const Point& before() const { return before_; }
   /// Until it starts, it stands where the one before it did: a start that fails is explained from there.
-  void stand_at(const Stepper& other) {
+  void copy_position(const Stepper& other) {
     here_ = other.here_;
     before_ = other.before_;
   }
@@ -78,7 +78,7 @@ class Stepper {
   /// Since the last start, the step size was limited by stability rather than accuracy.
   virtual bool is_stiff() const { return false; }
   /// Stiffness that has been seen is judged to be worth it; from here on it is looked for anew.
-  virtual void look_anew_for_stiffness() {}
+  virtual void restart_stiffness_test() {}
   /// The first step after the next start; 0: chosen.
   void suggest(double dt) { limits_.dt_first = dt; }
   /// The step size it would try next.

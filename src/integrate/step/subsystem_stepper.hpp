@@ -26,7 +26,7 @@ class SubsystemStepper final : public Stepper {
   void interpolate(const StepView& step, double t, Detail detail, Point& out) override;
   TableauPtr tableau(const StepView& step) const override;
   bool is_stiff() const override { return inner().is_stiff(); }
-  void look_anew_for_stiffness() override { inner().look_anew_for_stiffness(); }
+  void restart_stiffness_test() override { inner().restart_stiffness_test(); }
 
  private:
   struct Use {

@@ -66,17 +66,17 @@ bool Ensemble::prepare_starts(EnsembleClient& client) {
   return true;
 }
 
-void Ensemble::tell(EnsembleClient& client, const Numbers& from, int first, int l, const Numbers& p_from,
-                    int p_first, int set, int place, double t) {
+void Ensemble::report_point(EnsembleClient& client, const Numbers& from, int first, int l,
+                            const Numbers& p_from, int p_first, int set, int place, double t) {
   double* to = row_.data();
   for (int k = 0; k < 2 * n_; ++k) *to++ = from[(first + k) * W_ + l];
   for (int k = 0; k < p_; ++k) *to++ = p_from[(p_first + k) * W_ + l];
   client.point(set, place, t, row_.data(), row_.data() + n_, row_.data() + 2 * n_);
 }
 
-void Ensemble::set_look_at(int l) {
+void Ensemble::set_next_stop(int l) {
   const auto place = static_cast<std::size_t>(place_[l]);
-  at(state_, code_->of(lane::look_at), l) =
+  at(state_, code_->of(lane::next_stop), l) =
       place < plan_.times.size() ? std::min(plan_.times[place] - rounding_, plan_.to) : plan_.to;
 }
 
@@ -113,9 +113,9 @@ void Ensemble::load(EnsembleClient& client, int l) {
     for (; place < static_cast<int>(plan_.times.size()); ++place) {
       const double t = plan_.times[place];
       if (t > plan_.from + rounding_) break;
-      tell(client, state_, code_->x(), l, state_, code_->p(), set, place, t);
+      report_point(client, state_, code_->x(), l, state_, code_->p(), set, place, t);
     }
-    return set_look_at(l);
+    return set_next_stop(l);
   }
 }
 
@@ -132,15 +132,15 @@ void Ensemble::add_between(EnsembleClient& client, int l, int place, double t) {
 void Ensemble::flush(EnsembleClient& client) {
   if (!wanted_.empty()) code_->between(between_.data(), between_out_.data(), work_.data());
   for (std::size_t l = 0; l < wanted_.size(); ++l)
-    tell(client, between_out_, 0, static_cast<int>(l), between_, 2 + 2 * n_, wanted_[l].set, wanted_[l].place,
-         wanted_[l].t);
+    report_point(client, between_out_, 0, static_cast<int>(l), between_, 2 + 2 * n_, wanted_[l].set,
+                 wanted_[l].place, wanted_[l].t);
   wanted_.clear();
   for (const Done& done : done_) client.finished(done.set, done.stats);
   done_.clear();
 }
 
 /// Handles a lane that needs attention; state_ is the beginning of its step, out_ the end.
-void Ensemble::look(EnsembleClient& client, int l, std::vector<int>& free) {
+void Ensemble::handle_lane(EnsembleClient& client, int l, std::vector<int>& free) {
   const auto lane_number = static_cast<std::size_t>(l);
   const int set = set_[lane_number];
   const double from = at(state_, lane::t, l), t = at(out_, lane::t, l);
@@ -151,14 +151,14 @@ void Ensemble::look(EnsembleClient& client, int l, std::vector<int>& free) {
       const double wanted = plan_.times[place];
       if (wanted > t + rounding_) break;
       if (wanted >= t - rounding_)
-        tell(client, out_, code_->x(), l, state_, code_->p(), set, place, wanted);
+        report_point(client, out_, code_->x(), l, state_, code_->p(), set, place, wanted);
       else
         add_between(client, l, place, wanted);
     }
-    set_look_at(l);
+    set_next_stop(l);
   }
   if (t >= plan_.to) {
-    tell(client, out_, code_->x(), l, state_, code_->p(), set, -1, t);
+    report_point(client, out_, code_->x(), l, state_, code_->p(), set, -1, t);
     Stats stats;
     stats.steps = std::lround(steps);
     stats.rejected = std::lround(at(out_, lane::rejected, l));
@@ -216,7 +216,7 @@ void Ensemble::run(EnsembleClient& client) {
         client.abandoned(set_[l]);
         free.push_back(l);
       } else if (attention[l] != 0) {
-        look(client, l, free);
+        handle_lane(client, l, free);
       }
     }
     std::copy_n(out_.data(), changing, state_.data());

@@ -21,7 +21,7 @@ class EnsembleClient {
   virtual int next(double* x, double* p) = 0;
   /// The point at wanted time number `place`; -1: the end.
   virtual void point(int set, int place, double t, const double* x, const double* xdot, const double* p) = 0;
-  /// All its points were told.
+  /// All its points were reported.
   virtual void finished(int set, const Stats& stats) = 0;
   /// Not finite, step size vanished, too many steps, stiff: a run of its own must
   /// treat it or say what is wrong.
@@ -52,14 +52,14 @@ class Ensemble {
   double& at(Numbers& numbers, int k, int l) const { return numbers[k * W_ + l]; }
   bool prepare_starts(EnsembleClient& client);
   void load(EnsembleClient& client, int l);
-  void look(EnsembleClient& client, int l, std::vector<int>& free);
+  void handle_lane(EnsembleClient& client, int l, std::vector<int>& free);
   bool is_rejected(EnsembleClient& client, int l);
   void end_of(const Numbers& numbers, int l, Point& out) const;
   void add_between(EnsembleClient& client, int l, int place, double t);
   void flush(EnsembleClient& client);
-  void tell(EnsembleClient& client, const Numbers& from, int first, int l, const Numbers& p_from, int p_first,
-            int set, int place, double t);
-  void set_look_at(int l);
+  void report_point(EnsembleClient& client, const Numbers& from, int first, int l, const Numbers& p_from,
+                    int p_first, int set, int place, double t);
+  void set_next_stop(int l);
   void rest(int l);
 
   std::shared_ptr<const CompiledLaneStep> code_;

@@ -35,7 +35,7 @@ void PoleSigns::start(int run, double t, const double* x, const double* p) {
   }
 }
 
-void PoleSigns::look(int run, double t, const double* x, const double* p) {
+void PoleSigns::update(int run, double t, const double* x, const double* p) {
   if (empty()) return;
   const auto at = runs_.find(run);
   if (at == runs_.end()) return;  // abandoned since; its last points are still arriving

@@ -1,4 +1,4 @@
-// Runs on lanes look at poles where they are asked for values: a divisor whose sign has changed since the
+// Runs on lanes check poles where they are asked for values: a divisor whose sign has changed since the
 // start may have passed a pole, and a run of its own finds out (event/monitor/domain_monitor.hpp).
 #pragma once
 
@@ -16,7 +16,7 @@ class PoleSigns {
   bool empty() const { return out_.empty(); }
   /// x: n, p: as many as the form has.
   void start(int run, double t, const double* x, const double* p);
-  void look(int run, double t, const double* x, const double* p);
+  void update(int run, double t, const double* x, const double* p);
   /// Forgets the run; true where a divisor has changed its sign, or was 0 or no number.
   bool changed(int run);
 

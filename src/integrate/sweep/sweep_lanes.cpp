@@ -208,7 +208,7 @@ class LaneSweep::Client : public EnsembleClient {
       const int run = queue_.next();
       if (run < 0) return -1;
       --left_;
-      mine_.push_back(run);
+      claimed_.push_back(run);
       if (!begin(sweep_.request_->set(slots_.run(run)), run, x, p)) continue;
       poles_.start(run, sweep_.plan_.from, x, p);
       return run;
@@ -224,7 +224,7 @@ class LaneSweep::Client : public EnsembleClient {
               : source == Source::xdot ? xdot[k]
                                        : p[k];
     if (place < 0) slots_.numbers(run)[0] = t;
-    poles_.look(run, t, x, p);
+    poles_.update(run, t, x, p);
   }
   void finished(int run, const Stats& stats) override {
     double* numbers = slots_.numbers(run);
@@ -248,12 +248,12 @@ class LaneSweep::Client : public EnsembleClient {
       watch.peaks.restart(watch.problem, from);
     }
     return watch.switches.passed(*watch.problem, from, to) ||
-           watch.peaks.missed(watch.problem, from, to) != 0;
+           watch.peaks.missed_peak_error(watch.problem, from, to) != 0;
   }
   /// Returns the sets that this worker has not finished.
   void give_back() {
-    for (int run : mine_) slots_.set(run, SharedSlots::State::waiting);
-    mine_.clear();
+    for (int run : claimed_) slots_.set(run, SharedSlots::State::waiting);
+    claimed_.clear();
   }
 
  private:
@@ -284,9 +284,9 @@ class LaneSweep::Client : public EnsembleClient {
   }
   void end(int run, SharedSlots::State state, const std::string& text = "") {
     slots_.set(run, state, text);
-    const auto at = std::find(mine_.begin(), mine_.end(), run);
-    *at = mine_.back();
-    mine_.pop_back();
+    const auto at = std::find(claimed_.begin(), claimed_.end(), run);
+    *at = claimed_.back();
+    claimed_.pop_back();
     if (progress_) progress_(slots_.finished());
   }
 
@@ -306,7 +306,7 @@ class LaneSweep::Client : public EnsembleClient {
   };
   std::vector<LaneWatch> watches_;
   std::vector<double> base_;
-  std::vector<int> mine_;  ///< sets in progress
+  std::vector<int> claimed_;  ///< sets in progress
 };
 
 void LaneSweep::drain(SharedSlots& slots, TaskQueue& queue, const std::vector<double>& times, int most,

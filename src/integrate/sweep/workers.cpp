@@ -147,25 +147,26 @@ void drain_singly(SharedSlots& slots, TaskQueue& queue, const std::function<void
 
 /// The worker processes of one queue. A worker that dies, or is killed because its task exceeds the time
 /// limit, is replaced. Its task becomes `failed`, or `apart` if workers hold several tasks at a time.
-class Crew {
+class WorkerPool {
  public:
-  Crew(SharedSlots& slots, const Labour& labour, const std::function<void(TaskQueue&)>& drain, bool several)
+  WorkerPool(SharedSlots& slots, const WorkerOptions& options, const std::function<void(TaskQueue&)>& drain,
+             bool several)
       : slots_(slots),
-        labour_(labour),
+        options_(options),
         drain_(drain),
         several_(several),
-        pids_(std::min(labour.workers, most_workers)),
-        late_(pids_.size()) {
+        pids_(std::min(options.workers, most_workers)),
+        overdue_(pids_.size()) {
     std::fflush(nullptr);  // buffered output must not be written twice
-    for (std::size_t k = 0; k < pids_.size(); ++k) hire(k);
+    for (std::size_t k = 0; k < pids_.size(); ++k) fork_worker(k);
   }
-  ~Crew() {
-    tell(SIGKILL);  // after an error only; otherwise all have ended
+  ~WorkerPool() {
+    signal_all(SIGKILL);  // after an error only; otherwise all have ended
     for (pid_t pid : pids_)
       if (pid > 0) waitpid(pid, nullptr, 0);
   }
-  Crew(const Crew&) = delete;
-  Crew& operator=(const Crew&) = delete;
+  WorkerPool(const WorkerPool&) = delete;
+  WorkerPool& operator=(const WorkerPool&) = delete;
 
   bool is_empty() const {
     return std::all_of(pids_.begin(), pids_.end(), [](pid_t pid) { return pid <= 0; });
@@ -175,31 +176,31 @@ class Crew {
   /// within two seconds of that, because it was stopped (SIGSTOP) or does not poll, is killed.
   void wait() {
     constexpr double patience = 2;  // seconds
-    double told_at = 0;
+    double signalled_at = 0;
     while (true) {
-      reap(told_at > 0);
+      reap(signalled_at > 0);
       if (is_empty()) return;
       usleep(2000);
-      if (labour_.progress) labour_.progress(slots_.finished());
-      if (labour_.limit > 0) end_late_ones();
-      if (interrupt_requested && told_at == 0) {
-        tell(SIGINT);
-        told_at = now();
+      if (options_.progress) options_.progress(slots_.finished());
+      if (options_.limit > 0) kill_overdue();
+      if (interrupt_requested && signalled_at == 0) {
+        signal_all(SIGINT);
+        signalled_at = now();
       }
-      if (told_at > 0 && now() - told_at > patience) tell(SIGKILL);
+      if (signalled_at > 0 && now() - signalled_at > patience) signal_all(SIGKILL);
     }
   }
 
  private:
   using State = SharedSlots::State;
-  void hire(std::size_t k) {
+  void fork_worker(std::size_t k) {
     counters(slots_.memory_).since[k] = 0;
     const pid_t parent = getpid();
     pids_[k] = fork();
-    if (pids_[k] == 0) be_worker(k, parent);
+    if (pids_[k] == 0) run_worker(k, parent);
   }
 
-  [[noreturn]] void be_worker(std::size_t k, pid_t parent) {
+  [[noreturn]] void run_worker(std::size_t k, pid_t parent) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);   // results of an orphan would be lost
     if (getppid() != parent) _exit(1);  // the parent may have ended before that call
     int status = 1;
@@ -222,12 +223,12 @@ class Crew {
       std::string why = "its worker process ended unexpectedly";
       if (WIFSIGNALED(status)) why += text(" (signal ", WTERMSIG(status), ")");
       State then = several_ ? State::apart : State::failed;
-      if (late_[k] > 0) why = text("it took longer than limit = ", shortest(labour_.limit), " seconds");
-      const bool took_another = late_[k] > 0 && late_[k] != counters(slots_.memory_).since[k];
+      if (overdue_[k] > 0) why = text("it took longer than limit = ", shortest(options_.limit), " seconds");
+      const bool took_another = overdue_[k] > 0 && overdue_[k] != counters(slots_.memory_).since[k];
       if (ending || took_another) then = State::waiting;
-      late_[k] = 0;
+      overdue_[k] = 0;
       give_up(static_cast<int>(k), then, why);
-      if (!ending && counters(slots_.memory_).next < slots_.tasks()) hire(k);
+      if (!ending && counters(slots_.memory_).next < slots_.tasks()) fork_worker(k);
     }
   }
 
@@ -237,35 +238,35 @@ class Crew {
       if (slots_.state(i) == State::running && slots_.head(i)->worker == worker) slots_.set(i, then, why);
   }
 
-  void end_late_ones() {
+  void kill_overdue() {
     for (std::size_t k = 0; k < pids_.size(); ++k) {
       const double since = counters(slots_.memory_).since[k];
-      if (pids_[k] <= 0 || since == 0 || now() - since <= labour_.limit || late_[k] > 0) continue;
-      late_[k] = since;
+      if (pids_[k] <= 0 || since == 0 || now() - since <= options_.limit || overdue_[k] > 0) continue;
+      overdue_[k] = since;
       kill(pids_[k], SIGKILL);
     }
   }
 
-  void tell(int signal) {  // own children; the terminal may have signalled them already
+  void signal_all(int signal) {  // own children; the terminal may have signalled them already
     for (pid_t pid : pids_)
       if (pid > 0) kill(pid, signal);
   }
 
   SharedSlots& slots_;
-  const Labour& labour_;
+  const WorkerOptions& options_;
   const std::function<void(TaskQueue&)>& drain_;
   bool several_;
   std::vector<pid_t> pids_;
-  std::vector<double> late_;  ///< > 0: killed because of the task taken at this time
+  std::vector<double> overdue_;  ///< > 0: killed because of the task taken at this time
 };
 
 namespace {
 
-bool share_out(SharedSlots& slots, const Labour& labour, const std::function<void(TaskQueue&)>& drain,
+bool share_out(SharedSlots& slots, const WorkerOptions& options, const std::function<void(TaskQueue&)>& drain,
                bool several) {
   TaskQueue queue(slots);
   queue.begin_again();
-  if (labour.workers <= 1 && labour.limit <= 0) return work(queue, drain);
+  if (options.workers <= 1 && options.limit <= 0) return work(queue, drain);
   const auto is_waiting = [&] {
     for (int i = 0; i < slots.tasks(); ++i)
       if (slots.state(i) == SharedSlots::State::waiting) return true;
@@ -273,9 +274,9 @@ bool share_out(SharedSlots& slots, const Labour& labour, const std::function<voi
   };
   do {  // a killed process may have claimed a task without starting it
     queue.begin_again();
-    Crew crew(slots, labour, drain, several);
-    if (crew.is_empty()) return work(queue, drain);  // no process could be started; work in this one
-    crew.wait();
+    WorkerPool pool(slots, options, drain, several);
+    if (pool.is_empty()) return work(queue, drain);  // no process could be started; work in this one
+    pool.wait();
     if (interrupt_requested) return false;
   } while (is_waiting());
   return true;
@@ -283,33 +284,35 @@ bool share_out(SharedSlots& slots, const Labour& labour, const std::function<voi
 
 }  // namespace
 
-bool run_tasks(SharedSlots& slots, const Labour& labour, const std::function<void(int, double*)>& run) {
+bool run_tasks(SharedSlots& slots, const WorkerOptions& options,
+               const std::function<void(int, double*)>& run) {
   const pid_t here = getpid();
   const auto drain = [&](TaskQueue& queue) {
-    drain_singly(slots, queue, run, getpid() == here ? labour.progress : nullptr);
+    drain_singly(slots, queue, run, getpid() == here ? options.progress : nullptr);
   };
-  return share_out(slots, labour, drain, false);
+  return share_out(slots, options, drain, false);
 }
 
-bool run_tasks_here_first(SharedSlots& slots, const Labour& labour,
+bool run_tasks_here_first(SharedSlots& slots, const WorkerOptions& options,
                           const std::function<void(int, double*)>& run) {
   if (slots.finished() == slots.tasks()) return true;
-  if (labour.limit > 0) return run_tasks(slots, labour, run);
+  if (options.limit > 0) return run_tasks(slots, options, run);
   constexpr int few = 3;
   const int before = slots.finished();
   const std::clock_t begin = std::clock();
   TaskQueue queue(slots);
   queue.begin_again();
-  if (!work(queue, [&](TaskQueue& q) { drain_singly(slots, q, run, labour.progress, few); })) return false;
+  if (!work(queue, [&](TaskQueue& q) { drain_singly(slots, q, run, options.progress, few); })) return false;
   const int left = slots.tasks() - slots.finished();
   if (left == 0) return true;
   const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   const bool here = seconds / (slots.finished() - before) * left < worth_a_process;
-  return run_tasks(slots, {here ? 1 : std::min(labour.workers, left), 0, labour.progress}, run);
+  return run_tasks(slots, {here ? 1 : std::min(options.workers, left), 0, options.progress}, run);
 }
 
-bool run_queue(SharedSlots& slots, const Labour& labour, const std::function<void(TaskQueue&)>& drain) {
-  return share_out(slots, labour, drain, true);
+bool run_queue(SharedSlots& slots, const WorkerOptions& options,
+               const std::function<void(TaskQueue&)>& drain) {
+  return share_out(slots, options, drain, true);
 }
 
 }  // namespace pendula::integrate

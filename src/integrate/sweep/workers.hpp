@@ -36,7 +36,7 @@ class SharedSlots {
 
  private:
   friend class TaskQueue;
-  friend class Crew;
+  friend class WorkerPool;
   struct Head;
   Head* head(int task) const;
   std::vector<int> runs_;
@@ -61,7 +61,7 @@ class TaskQueue {
 int available_workers();
 
 /// How tasks are shared out.
-struct Labour {
+struct WorkerOptions {
   int workers = 1;                             ///< processes; 1: this one, unless there is a limit
   double limit = 0;                            ///< seconds that one task may take; 0: any time
   std::function<void(int finished)> progress;  ///< called now and then, here; what it throws ends the work
@@ -70,11 +70,12 @@ struct Labour {
 /// Runs run(task, numbers) for every waiting task; a task that throws a user-facing error is failed with its
 /// text, and so is one whose process dies or that takes too long; another process goes on with the others
 /// then. Returns false when Ctrl-C stopped it: the tasks that are done stay done.
-bool run_tasks(SharedSlots& slots, const Labour& labour, const std::function<void(int, double*)>& run);
+bool run_tasks(SharedSlots& slots, const WorkerOptions& options,
+               const std::function<void(int, double*)>& run);
 
 /// The same after a few tasks in this process, which fill caches that the workers inherit and tell how long a
 /// task takes: where processes would cost more than they save, all tasks are done here. With a limit none is.
-bool run_tasks_here_first(SharedSlots& slots, const Labour& labour,
+bool run_tasks_here_first(SharedSlots& slots, const WorkerOptions& options,
                           const std::function<void(int, double*)>& run);
 
 /// Tasks so short that starting processes for them would cost more than they save.
@@ -83,6 +84,7 @@ constexpr double worth_a_process = 0.02;  // seconds in all
 /// The same for tasks that are worked on several at a time: drain(queue) is called in every worker and takes
 /// tasks until there is none. It sets their states; when it throws Interrupted, none of its tasks may be left
 /// running. Tasks of a process that dies are `apart` afterwards.
-bool run_queue(SharedSlots& slots, const Labour& labour, const std::function<void(TaskQueue&)>& drain);
+bool run_queue(SharedSlots& slots, const WorkerOptions& options,
+               const std::function<void(TaskQueue&)>& drain);
 
 }  // namespace pendula::integrate

@@ -48,22 +48,22 @@ bool input_waits() {
 }
 
 /// The number of lines to show next: a screen, one, or none.
-enum class Wish { screen, line, leave };
+enum class PagerKey { screen, line, leave };
 
-Wish ask() {
+PagerKey ask() {
   std::fputs("-- more: Space or Enter, q leaves --", stdout);
   std::fflush(stdout);
   char key = 'q';
   const bool read_one = read(STDIN_FILENO, &key, 1) == 1;
   std::fputs("\r\033[K", stdout);
   constexpr char ctrl_c = 3, ctrl_d = 4, escape = 27;
-  if (!read_one || key == 'q' || key == 'Q' || key == ctrl_c || key == ctrl_d) return Wish::leave;
+  if (!read_one || key == 'q' || key == 'Q' || key == ctrl_c || key == ctrl_d) return PagerKey::leave;
   if (key == escape) {  // an arrow key, whose other bytes are not keys
     char rest[8];
     while (input_waits() && read(STDIN_FILENO, rest, sizeof rest) > 0) continue;
-    return Wish::line;
+    return PagerKey::line;
   }
-  return key == '\n' || key == '\r' || key == 'j' ? Wish::line : Wish::screen;
+  return key == '\n' || key == '\r' || key == 'j' ? PagerKey::line : PagerKey::screen;
 }
 
 int rows_of(std::string_view line, int columns) {
@@ -141,9 +141,9 @@ void show_text(const std::string& text) {
     const RawTerminal raw;
     write_rows(rest, screen.rows - 1, screen.columns);
     while (raw.good() && !rest.empty()) {
-      const Wish wish = ask();
-      if (wish == Wish::leave) return std::fflush(stdout), void();
-      write_rows(rest, wish == Wish::line ? 1 : screen.rows - 1, screen.columns);
+      const PagerKey wish = ask();
+      if (wish == PagerKey::leave) return std::fflush(stdout), void();
+      write_rows(rest, wish == PagerKey::line ? 1 : screen.rows - 1, screen.columns);
     }
   }
   if (write_stoppable(rest, stdout)) std::fflush(stdout);

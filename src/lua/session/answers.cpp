@@ -88,7 +88,7 @@ std::string string_at(lua_State* L, int index) {
 
 }  // namespace
 
-void watch_answers(lua_State* L, const std::vector<std::string>& names) {
+void record_answers(lua_State* L, const std::vector<std::string>& names) {
   for (char* key : {&values_key, &lines_key}) {
     lua_newtable(L);
     lua_rawsetp(L, LUA_REGISTRYINDEX, key);

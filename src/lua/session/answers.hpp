@@ -9,7 +9,7 @@
 namespace pendula::lua {
 
 /// From now on an assignment to one of these globals is kept apart, with its line. They read as usual.
-void watch_answers(lua_State* L, const std::vector<std::string>& names);
+void record_answers(lua_State* L, const std::vector<std::string>& names);
 
 /// The assigned values, as text that the grader reads as data: an answer a line of its own, {name, line,
 /// text}. A value that cannot be an answer has an empty text. Throws LuaError.

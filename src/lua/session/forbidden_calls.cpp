@@ -12,22 +12,22 @@ namespace pendula::lua {
 
 namespace {
 
-using Tell = std::function<void(const std::string&)>;
+using CallReporter = std::function<void(const std::string&)>;
 
-const Tell& tell_of(lua_State* L) {
-  return *static_cast<const Tell*>(lua_touserdata(L, lua_upvalueindex(1)));
+const CallReporter& reporter_of(lua_State* L) {
+  return *static_cast<const CallReporter*>(lua_touserdata(L, lua_upvalueindex(1)));
 }
 
-/// Reports a call and raises an error. Upvalues: tell, the name of the call.
+/// Reports a call and raises an error. Upvalues: report, the name of the call.
 int refuse(lua_State* L) {
   const std::string name = lua_tostring(L, lua_upvalueindex(2));
-  tell_of(L)(name);
+  reporter_of(L)(name);
   throw Error(
       name +
       " is forbidden in safe mode: a script can neither start programs nor use files outside its folder");
 }
 
-/// Calls the original and reports failures. Upvalues: tell, the name of the call, the original, whose third
+/// Calls the original and reports failures. Upvalues: report, the name of the call, the original, whose third
 /// result is the error number.
 int watch(lua_State* L) {
   const int arguments = lua_gettop(L);
@@ -37,7 +37,7 @@ int watch(lua_State* L) {
   lua_call(L, arguments, LUA_MULTRET);
   if (lua_gettop(L) == 3 && lua_isnil(L, 1) &&
       (lua_tointeger(L, 3) == EACCES || lua_tointeger(L, 3) == EPERM))
-    tell_of(L)(text(lua_tostring(L, lua_upvalueindex(2)), " '", file, "'"));
+    reporter_of(L)(text(lua_tostring(L, lua_upvalueindex(2)), " '", file, "'"));
   return lua_gettop(L);
 }
 
@@ -50,13 +50,14 @@ int watch_raised(lua_State* L) {
   if (lua_pcall(L, arguments, LUA_MULTRET, 0) == LUA_OK) return lua_gettop(L);
   const std::string message = lua_type(L, -1) == LUA_TSTRING ? lua_tostring(L, -1) : "";
   if (message.find(std::strerror(EACCES)) == message.npos || file.empty()) return lua_error(L);
-  tell_of(L)(text(lua_tostring(L, lua_upvalueindex(2)), " '", file, "'"));
+  reporter_of(L)(text(lua_tostring(L, lua_upvalueindex(2)), " '", file, "'"));
   throw Error(message);
 }
 
-void replace(lua_State* L, const char* library, const char* function, const Tell& tell, lua_CFunction by) {
+void replace(lua_State* L, const char* library, const char* function, const CallReporter& report,
+             lua_CFunction by) {
   lua_getglobal(L, library);
-  lua_pushlightuserdata(L, const_cast<Tell*>(&tell));
+  lua_pushlightuserdata(L, const_cast<CallReporter*>(&report));
   lua_pushstring(L, text(std::strcmp(library, "_G") == 0 ? "" : text(library, "."), function).c_str());
   lua_getfield(L, -3, function);
   lua_pushcclosure(L, by, 3);
@@ -66,15 +67,15 @@ void replace(lua_State* L, const char* library, const char* function, const Tell
 
 }  // namespace
 
-void forbid_calls(lua_State* L, const Tell& tell, std::size_t memory) {
+void forbid_calls(lua_State* L, const CallReporter& report, std::size_t memory) {
   have_polynomials();  // loads FLINT while files can be opened: solve, factor and roots need it
-  for (const char* function : {"execute", "tmpname"}) replace(L, "os", function, tell, guarded<refuse>);
-  for (const char* function : {"popen", "tmpfile"}) replace(L, "io", function, tell, guarded<refuse>);
-  for (const char* function : {"remove", "rename"}) replace(L, "os", function, tell, watch);
-  replace(L, "io", "open", tell, watch);
+  for (const char* function : {"execute", "tmpname"}) replace(L, "os", function, report, guarded<refuse>);
+  for (const char* function : {"popen", "tmpfile"}) replace(L, "io", function, report, guarded<refuse>);
+  for (const char* function : {"remove", "rename"}) replace(L, "os", function, report, watch);
+  replace(L, "io", "open", report, watch);
   for (const char* function : {"lines", "input", "output"})
-    replace(L, "io", function, tell, guarded<watch_raised>);
-  replace(L, "_G", "dofile", tell, guarded<watch_raised>);
+    replace(L, "io", function, report, guarded<watch_raised>);
+  replace(L, "_G", "dofile", report, guarded<watch_raised>);
   lua_pushglobaltable(L);
   lua_pushliteral(L, "debug");
   lua_pushnil(L);

@@ -10,8 +10,8 @@
 namespace pendula::lua {
 
 /// os.execute, io.popen, io.tmpfile and os.tmpname become errors, debug is gone; io.open, io.lines, io.input,
-/// io.output, dofile, os.remove and os.rename report files that the system refuses. `tell` is called with the
-/// name of the call and must outlive the state. Lua's blocks may sum up to `memory` bytes.
-void forbid_calls(lua_State* L, const std::function<void(const std::string&)>& tell, std::size_t memory);
+/// io.output, dofile, os.remove and os.rename report files that the system refuses. `report` is called with
+/// the name of the call and must outlive the state. Lua's blocks may sum up to `memory` bytes.
+void forbid_calls(lua_State* L, const std::function<void(const std::string&)>& report, std::size_t memory);
 
 }  // namespace pendula::lua

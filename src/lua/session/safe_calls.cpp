@@ -20,7 +20,7 @@ int finish(lua_State* L, int status, lua_KContext extra) {
 }
 
 /// The message handler of pcall, which hides lines of the stdlib.
-int blame_caller(lua_State* L) {
+int hide_stdlib_position(lua_State* L) {
   if (lua_type(L, 1) != LUA_TSTRING) return 1;
   const std::string message = blamed_on_caller(L, lua_tostring(L, 1));
   lua_pushlstring(L, message.data(), message.size());
@@ -29,7 +29,7 @@ int blame_caller(lua_State* L) {
 
 int safe_pcall(lua_State* L) {
   luaL_checkany(L, 1);
-  lua_pushcfunction(L, guarded<blame_caller>);
+  lua_pushcfunction(L, guarded<hide_stdlib_position>);
   lua_insert(L, 1);
   lua_pushboolean(L, 1);
   lua_insert(L, 2);

@@ -147,7 +147,7 @@ int load_part(lua_State* L) {
 
 }  // namespace
 
-void look_beside(lua_State* L, const std::string& script) {
+void search_script_folder(lua_State* L, const std::string& script) {
   const auto slash = script.rfind('/');
   if (slash == script.npos) return;
   const std::string folder = script.substr(0, slash + 1);

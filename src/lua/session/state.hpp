@@ -27,7 +27,7 @@ lua_State* new_state();
 bool run(lua_State* L, int arguments, int results);
 
 /// What the script requires may stand beside it, wherever it was called from.
-void look_beside(lua_State* L, const std::string& script);
+void search_script_folder(lua_State* L, const std::string& script);
 
 /// Pushes what the file stdlib/<name>.lua returns. Throws Error.
 void push_part(lua_State* L, const std::string& name);

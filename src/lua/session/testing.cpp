@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Tally {
+struct TestCounts {
   long passed = 0;
   long failed = 0;
 };
@@ -63,7 +63,7 @@ bool load_and_run(lua_State* L, const std::string& file) {
   lua_pushstring(L, file.c_str());
   lua_rawseti(L, -2, 0);
   lua_setglobal(L, "arg");
-  look_beside(L, file);
+  search_script_folder(L, file);
   if (luaL_loadfilex(L, file.c_str(), "t") == LUA_OK) return run(L, 0, 0);
   const std::string message = error_text(L, -1);
   if (message.starts_with("attempt to load a binary chunk")) {
@@ -73,7 +73,7 @@ bool load_and_run(lua_State* L, const std::string& file) {
   return false;
 }
 
-Tally run_file(const std::string& file) {
+TestCounts run_file(const std::string& file) {
   const std::unique_ptr<lua_State, CloseState> state(new_state());
   lua_State* L = state.get();
   call_stdlib(L, "begin_tests", 0, 0);
@@ -88,13 +88,13 @@ Tally run_file(const std::string& file) {
 }  // namespace
 
 int run_tests(const std::vector<std::string>& paths) {
-  Tally total;
+  TestCounts total;
   try {
     std::vector<std::string> files;
     for (const std::string& path : paths) append_files(path, files);
     if (files.empty()) throw Error("pendula test: no *.lua files found");
     for (const std::string& file : files) {
-      const Tally tally = run_file(file);
+      const TestCounts tally = run_file(file);
       total.passed += tally.passed;
       total.failed += tally.failed;
     }

@@ -94,14 +94,14 @@ class Confined {
  public:
   Confined(sandbox::Reporter& reporter, std::size_t memory)
       : reporter_(reporter), state_(lua::new_state(), lua_close) {
-    lua::forbid_calls(state_.get(), tell_, memory / 8 * 7);
+    lua::forbid_calls(state_.get(), report_, memory / 8 * 7);
   }
   lua_State* L() { return state_.get(); }
   sandbox::Reporter& reporter() { return reporter_; }
 
  private:
   sandbox::Reporter& reporter_;
-  const std::function<void(const std::string&)> tell_ = [this](const std::string& call) {
+  const std::function<void(const std::string&)> report_ = [this](const std::string& call) {
     reporter_.forbidden(call);
   };
   std::unique_ptr<lua_State, decltype(&lua_close)> state_;
@@ -195,7 +195,7 @@ class Grader {
     sandbox::Limits limits = request_.limits;
     limits.writable = false;
     return confined(limits, [&](Confined& inside) {
-      lua::watch_answers(inside.L(), names);
+      lua::record_answers(inside.L(), names);
       const bool good = run_submission(inside, source, name);
       for (const lua::Answer& a : lua::answers(inside.L(), names))
         inside.reporter().result(joined({a.name, a.line, a.text}));

@@ -56,7 +56,7 @@ std::uint64_t folder_rights(int version, bool writable) {
   return rights & file_rights(version);
 }
 
-[[noreturn]] void no_wall(const char* which) {
+[[noreturn]] void sandbox_failed(const char* which) {
   throw Error(text("safe mode cannot be set up: ", which, ": ", std::strerror(errno)));
 }
 
@@ -65,17 +65,17 @@ void restrict_files(const Limits& limits) {
   const Ruleset rules{file_rights(version), version >= 4 ? 3U : 0U, version >= 6 ? 3U : 0U};
   const std::size_t size = version >= 6 ? 24 : version >= 4 ? 16 : 8;
   const int set = static_cast<int>(syscall(SYS_landlock_create_ruleset, &rules, size, 0));
-  if (set < 0) no_wall("Landlock");
+  if (set < 0) sandbox_failed("Landlock");
   if (!limits.folder.empty()) {
     // The process has already changed to the folder given by the user.
     landlock_path_beneath_attr rule{};
     rule.allowed_access = folder_rights(version, limits.writable);
     rule.parent_fd = open(".", O_PATH | O_CLOEXEC);
     if (rule.parent_fd < 0 || syscall(SYS_landlock_add_rule, set, LANDLOCK_RULE_PATH_BENEATH, &rule, 0) != 0)
-      no_wall("Landlock");
+      sandbox_failed("Landlock");
     close(rule.parent_fd);
   }
-  if (syscall(SYS_landlock_restrict_self, set, 0) != 0) no_wall("Landlock");
+  if (syscall(SYS_landlock_restrict_self, set, 0) != 0) sandbox_failed("Landlock");
   close(set);
 }
 
@@ -87,8 +87,8 @@ int landlock_version() {
 }
 
 void limit_process(const Limits& limits, int report) {
-  if (report != 3 && dup3(report, 3, 0) < 0) no_wall("descriptors");
-  if (close_range(4, ~0U, 0) != 0) no_wall("descriptors");
+  if (report != 3 && dup3(report, 3, 0) < 0) sandbox_failed("descriptors");
+  if (close_range(4, ~0U, 0) != 0) sandbox_failed("descriptors");
   clearenv();
   umask(077);
   tzset();  // for os.date: reads the time zone while the file is accessible
@@ -110,7 +110,7 @@ void limit_process(const Limits& limits, int report) {
 }
 
 void confine(const Limits& limits, int report) {
-  if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) no_wall("no_new_privs");
+  if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) sandbox_failed("no_new_privs");
   prctl(PR_SET_DUMPABLE, 0, 0, 0, 0);
   restrict_files(limits);
   restrict_calls(report);

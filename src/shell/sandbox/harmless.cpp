@@ -36,7 +36,7 @@ std::size_t announced(char first) {
 
 }  // namespace
 
-std::string Harmless::operator()(std::string_view piece) {
+std::string ControlFilter::operator()(std::string_view piece) {
   kept_ += piece;
   std::string out;
   std::string_view left = kept_;
@@ -56,7 +56,7 @@ std::string Harmless::operator()(std::string_view piece) {
   return out;
 }
 
-std::string Harmless::rest() {
+std::string ControlFilter::rest() {
   std::string out;
   for (char byte : kept_) out += spelled("\\x%02X", static_cast<unsigned char>(byte));
   kept_.clear();
@@ -64,7 +64,7 @@ std::string Harmless::rest() {
 }
 
 std::string harmless(std::string_view text) {
-  Harmless filter;
+  ControlFilter filter;
   std::string out = filter(text);
   return out + filter.rest();
 }

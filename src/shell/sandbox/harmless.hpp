@@ -14,7 +14,7 @@ bool is_obeyed(unsigned code);
 
 /// Text that comes in pieces. What a terminal would obey and bytes that are no UTF-8 are
 /// spelled out.
-class Harmless {
+class ControlFilter {
  public:
   std::string operator()(std::string_view piece);
   /// At the end: what may have been the beginning of a character.

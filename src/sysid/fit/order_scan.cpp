@@ -130,12 +130,12 @@ std::vector<Candidate> candidates(const Range& na, const Range& nb, const Range&
 
 /// Fills entries, failures and left.
 void make_models(OrderScan& scan, const std::vector<Candidate>& models, const Factored& fe,
-                 const Factored& fv, const integrate::Labour& labour) {
+                 const Factored& fv, const integrate::WorkerOptions& options) {
   static_assert(std::is_trivially_copyable_v<ScanEntry>);
   std::vector<int> all(models.size());
   std::iota(all.begin(), all.end(), 0);
   integrate::SharedSlots slots(std::move(all), (sizeof(ScanEntry) + 7) / 8);
-  integrate::run_tasks_here_first(slots, labour, [&](int i, double* numbers) {
+  integrate::run_tasks_here_first(slots, options, [&](int i, double* numbers) {
     const Candidate& m = *(models.begin() + i);
     const ScanEntry entry = entry_of(m.na, m.nb, m.nk, m.columns, fe, fv);
     std::memcpy(numbers, &entry, sizeof entry);
@@ -155,7 +155,7 @@ void make_models(OrderScan& scan, const std::vector<Candidate>& models, const Fa
 }  // namespace
 
 OrderScan order_scan(const IdData& e, const IdData* v, Range na, Range nb, Range nk,
-                     const std::string& criterion, const integrate::Labour& labour) {
+                     const std::string& criterion, const integrate::WorkerOptions& options) {
   check(na, "na", 0);
   check(nb, "nb", e.inputs() ? 1 : 0);
   check(nk, "nk", 0);
@@ -173,7 +173,7 @@ OrderScan order_scan(const IdData& e, const IdData* v, Range na, Range nb, Range
   scan.rows = fe.rows;
   scan.validation_rows = fv.rows;
   scan.outputs = e.outputs();
-  make_models(scan, candidates(na, nb, nk, largest, inputs), fe, fv, labour);
+  make_models(scan, candidates(na, nb, nk, largest, inputs), fe, fv, options);
   if (scan.entries.empty() && scan.left > 0) throw Interrupted();
   if (scan.entries.empty()) throw Error(text("no model could be made; the first: ", scan.failures.front()));
   const auto better = [](const std::string& name) {

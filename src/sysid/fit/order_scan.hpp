@@ -30,7 +30,7 @@ struct OrderScan {
 /// other, and are judged by det(EᵀE/N) and the mean fit. criterion: "fpe", "aic", "bic", "fit" (validation).
 /// Where it pays, worker processes make the models; the result does not depend on them.
 OrderScan order_scan(const IdData& e, const IdData* v, Range na, Range nb, Range nk,
-                     const std::string& criterion, const integrate::Labour& labour = {});
+                     const std::string& criterion, const integrate::WorkerOptions& options = {});
 std::string describe(const OrderScan& s);
 
 }  // namespace pendula::sysid

@@ -133,7 +133,7 @@ class DoubleDescription {
       if (find_witness(c, first_new_, count_)) return false;
       return !find_witness(c, 0, first_new_);
     });
-    if (dead_ > count_ / 2 && count_ > 4096) compact(candidates);
+    if (removed_count_ > count_ / 2 && count_ > 4096) compact(candidates);
   }
 
   bool find_witness(Candidate& c, Index from, Index to) {
@@ -175,14 +175,14 @@ class DoubleDescription {
     for (Index v = 0; v < before; ++v)
       if (alive_[v] && s[v] > 0) {
         alive_[v] = false;
-        ++dead_;
+        ++removed_count_;
       }
     return true;
   }
 
   /// Adds the vertex on the edge from the kept w to the removed v that drops the i-th constraint of v.
   void new_vertex(Index c, Index v, Index i, Index w, double part) {
-    if (count_ - dead_ > most_vertices)
+    if (count_ - removed_count_ > most_vertices)
       throw Failure(text("the set has more than ", most_vertices, " vertices; use fewer parameters"));
     if (count_ == x_.cols()) x_.conservativeResize(Eigen::NoChange, 2 * count_);
     std::vector<Index> on = active_[v], to(static_cast<std::size_t>(d_), -1);
@@ -246,11 +246,11 @@ class DoubleDescription {
       for (Index& w : list) w = moved[w];
     for (Candidate& c : candidates) c.witness = moved[c.witness];
     count_ = n;
-    dead_ = 0;
+    removed_count_ = 0;
     first_new_ = n;
   }
 
-  Index d_, count_ = 0, dead_ = 0, first_new_ = 0;
+  Index d_, count_ = 0, removed_count_ = 0, first_new_ = 0;
   Mat g_, x_;     ///< constraints, vertices: one per column
   Vec h_, size_;  ///< bounds, and the size of the numbers from which they were computed
   std::vector<std::vector<Index>> active_, neighbour_;

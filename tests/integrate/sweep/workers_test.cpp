@@ -25,7 +25,7 @@ std::vector<int> numbered(int tasks) {
   return runs;
 }
 
-Labour with(int workers, std::function<void(int)> progress = {}, double limit = 0) {
+WorkerOptions with(int workers, std::function<void(int)> progress = {}, double limit = 0) {
   return {workers, limit, std::move(progress)};
 }
 

@@ -8,8 +8,8 @@
 
 namespace pendula::integrate {
 
-constexpr double near = 0.01;  // relative to the largest value so far; larger values are not examined
-constexpr int in_a_row = 3;    // steps; a single step that passes near 0 does not count
+constexpr double small_share = 0.01;  // relative to the largest value so far; larger values are not examined
+constexpr int steps_required = 3;     // steps; a single step that passes near 0 does not count
 
 ChoiceMonitor::ChoiceMonitor(const ProblemPtr& problem, const std::vector<Guard>& choices,
                              const Tolerances& tolerances)
@@ -65,10 +65,10 @@ std::optional<Stop> ChoiceMonitor::after(const MonitoredStep& step) {
   for (std::size_t i = 0; i < g.size(); ++i) {
     Seen& seen = seen_[i];
     seen.largest = std::max(seen.largest, std::fabs(g[i]));
-    const bool small = std::fabs(g[i]) <= near * seen.largest;
+    const bool small = std::fabs(g[i]) <= small_share * seen.largest;
     if (small && uncertain.empty()) uncertain = uncertainties(step.here, g);
     seen.close = small && uncertain[i] >= std::fabs(g[i]) ? seen.close + 1 : 0;
-    if (seen.close == in_a_row)
+    if (seen.close == steps_required)
       return Stop{step.here.t, text("within the tolerances ", guards_[i].reason), step.before.t};
   }
   return {};

@@ -30,7 +30,7 @@ void ConstraintRank::start(const Point& point) {
   begin_ = point;
   unit_.clear();
   std::vector<double> units = block_.units_by_inertia(point);
-  if (!units.empty()) even_out(units, point);
+  if (!units.empty()) limit_column_lengths(units, point);
   if (units.empty() && gram_.rows() == 1) units = block_.units_by_size();
   if (!units.empty())
     for (const Entry& e : block_.block().gradients.entries) unit_.push_back(units[e.column]);
@@ -43,7 +43,7 @@ void ConstraintRank::start(const Point& point) {
 /// Scales columns longer than the median down to the median length. Light bodies would otherwise change the
 /// direction of G quickly and force frequent inspections, though they cause no loss of rank. Shorter columns
 /// keep their length: they may be 0 at the start.
-void ConstraintRank::even_out(std::vector<double>& units, const Point& point) {
+void ConstraintRank::limit_column_lengths(std::vector<double>& units, const Point& point) {
   const auto& matrix = block_.block().gradients;
   gradients_(block_.values(point), numbers_.data());
   Vec row = Vec::Zero(matrix.rows), column = Vec::Zero(matrix.columns);
@@ -70,7 +70,7 @@ double ConstraintRank::measure(const Point& p, Vec& u, Vec& w, int iterations) {
 
 /// Bound on the change of the least singular value: ‖ΔG‖ in the Frobenius norm (Weyl's inequality). For many
 /// rows, where that bound is too weak, the change of w.
-double ConstraintRank::change(const Look& from, const Look& to) const {
+double ConstraintRank::change(const Inspection& from, const Inspection& to) const {
   if (!is_small()) return (to.w - from.w).norm();
   double square = 0;
   for (std::size_t k = 0; k < to.gradients.size(); ++k)
@@ -78,11 +78,11 @@ double ConstraintRank::change(const Look& from, const Look& to) const {
   return std::sqrt(square);
 }
 
-void ConstraintRank::keep_gradients(Look& look) const {
-  if (is_small()) look.gradients = gram_.scaled();
+void ConstraintRank::keep_gradients(Inspection& out) const {
+  if (is_small()) out.gradients = gram_.scaled();
 }
 
-void ConstraintRank::look_again(const Point& point, const Look& before, Look& next) {
+void ConstraintRank::inspect_point(const Point& point, const Inspection& before, Inspection& next) {
   constexpr double share =
       0.1;  // of the generic direction: the new smallest combination may be orthogonal to the last one
   next.t = point.t;
@@ -96,18 +96,18 @@ void ConstraintRank::look_again(const Point& point, const Look& before, Look& ne
   keep_gradients(next);
 }
 
-std::optional<Stop> ConstraintRank::look(const Point& point, long steps, const SolutionBetween& between,
-                                         const SolutionBetween& nearby) {
+std::optional<Stop> ConstraintRank::inspect(const Point& point, long steps, const SolutionBetween& between,
+                                            const SolutionBetween& nearby) {
   constexpr int deepest = 4;  // halvings of a step
-  Look& next = next_;
-  look_again(point, last_, next);
+  Inspection& next = next_;
+  inspect_point(point, last_, next);
   largest_ = std::max(largest_, next.size);
   const double moved = change(last_, next);
   const double pace = moved > 0 ? 0.5 * next.size / moved * (point.t - last_.t) : forever;
   pace_ = std::min(pace_, pace);
   std::optional<Stop> stop = scan(last_, next, is_small() ? deepest : 0, between, nearby);
   pace_ = pace;
-  if (!stop) stop = closing_in(next, point, between);
+  if (!stop) stop = approaching_zero(next, point, between);
   const double far = static_cast<double>(most_steps);
   steps_to_change_ = moved > 0
                          ? std::lround(std::min(0.5 * next.size / moved * static_cast<double>(steps), far))
@@ -117,13 +117,13 @@ std::optional<Stop> ConstraintRank::look(const Point& point, long steps, const S
 }
 
 /// w is 0 to within the tolerance and decreasing: extrapolates to the time at which it is 0.
-std::optional<Stop> ConstraintRank::closing_in(const Look& next, const Point& point,
-                                               const SolutionBetween& between) {
+std::optional<Stop> ConstraintRank::approaching_zero(const Inspection& next, const Point& point,
+                                                     const SolutionBetween& between) {
   if (next.size > near_ * largest_ || next.size >= last_.size) return {};
   const double closed = last_.size - next.size, dt = point.t - last_.t;
   const bool straight = (next.w - last_.w).norm() < 2 * closed;
   double t = straight ? point.t + std::min(dt * next.size / closed, dt) : point.t;
-  if (straight) t = seen_from_afar(next, closed / dt, between).value_or(t);
+  if (straight) t = extrapolated_zero(next, closed / dt, between).value_or(t);
   if (!is_lost_in_units(point.t, last_.t, between)) return {};
   return Stop{t,
               text(dependent(next.u), " there to within the tolerance, and the equations ",
@@ -134,8 +134,8 @@ std::optional<Stop> ConstraintRank::closing_in(const Look& next, const Point& po
 /// The zero of |w|, extrapolated from two earlier times. The defect ε of the constraints shifts w by √ε;
 /// the times are early enough for that shift to be negligible. Empty where those times are not available or
 /// the extrapolation disagrees.
-std::optional<double> ConstraintRank::seen_from_afar(const Look& next, double rate,
-                                                     const SolutionBetween& between) {
+std::optional<double> ConstraintRank::extrapolated_zero(const Inspection& next, double rate,
+                                                        const SolutionBetween& between) {
   constexpr double many = 30;  // times √ε
   const double far = many * near_ * largest_ / rate;
   if (next.t - far < begin_.t) return {};
@@ -153,24 +153,24 @@ std::optional<double> ConstraintRank::seen_from_afar(const Look& next, double ra
 
 /// Has w reversed its direction between two inspections? The interval is halved where w has changed so much,
 /// or so much time has passed, that two reversals are possible.
-std::optional<Stop> ConstraintRank::scan(const Look& from, const Look& to, int depth,
+std::optional<Stop> ConstraintRank::scan(const Inspection& from, const Inspection& to, int depth,
                                          const SolutionBetween& between, const SolutionBetween& nearby) {
   constexpr double same_direction = 0.3;  // cosine; below it u is another combination of rows
   constexpr double safe_change = 0.7;     // of w; 1 is the value at which Weyl's inequality allows a zero
   if (to.u.dot(from.u) > same_direction && to.w.dot(from.w) < 0)
-    if (auto stop = narrow(from, to, between, nearby)) return stop;
+    if (auto stop = bisect(from, to, between, nearby)) return stop;
   const bool near = change(from, to) < safe_change * std::max(from.size, to.size);
   if (depth == 0 || (near && to.t - from.t < 3 * pace_)) return {};
   Point p;
   if (!RankBlock::reached(from.t + (to.t - from.t) / 2, nearby, p)) return {};
-  Look middle;
-  look_again(p, from, middle);
+  Inspection middle;
+  inspect_point(p, from, middle);
   if (auto stop = scan(from, middle, depth - 1, between, nearby)) return stop;
   return scan(middle, to, depth - 1, between, nearby);
 }
 
 /// Bisects for the time at which w reverses its direction; at.size is |w| there.
-double ConstraintRank::reversal(double low, double high, int halvings, const Look& from, Look& at,
+double ConstraintRank::reversal(double low, double high, int halvings, const Inspection& from, Inspection& at,
                                 const SolutionBetween& solution) {
   Point p;
   for (int k = 0; k < halvings && high - low > 1e-14 * std::fabs(high); ++k) {
@@ -189,9 +189,9 @@ double ConstraintRank::reversal(double low, double high, int halvings, const Loo
 
 /// Does w pass through 0 where its direction reverses? Near a point of dependent rows w may turn quickly at
 /// constant length instead.
-std::optional<Stop> ConstraintRank::narrow(const Look& from, const Look& to, const SolutionBetween& between,
-                                           const SolutionBetween& nearby) {
-  Look at;
+std::optional<Stop> ConstraintRank::bisect(const Inspection& from, const Inspection& to,
+                                           const SolutionBetween& between, const SolutionBetween& nearby) {
+  Inspection at;
   reversal(from.t, to.t, 6, from, at, nearby);
   if (at.size > std::min(from.size, to.size) / 2) return {};
   const double around = (to.t - from.t) / 4;  // `from` and `to` may be points of the coarse interpolant

@@ -25,26 +25,26 @@ class PoleTest {
         factor_(std::vector{factor}, equations.arguments()),
         from_(from),
         to_(to),
-        beside_(Vec::Zero(from.x.size())) {}
+        offset_(Vec::Zero(from.x.size())) {}
 
   bool operator()() {
-    if (is_worse([&](double zero, double noise) { return grows(zero, noise) || swings(zero, noise); }))
+    if (is_worse([&](double zero, double noise) { return grows(zero, noise) || oscillates(zero, noise); }))
       return true;
     // a/x is constant on a line on which a and x both vanish, and oscillates next to that line
     constexpr double golden = 0.618;
-    for (int i = 0; i < beside_.size(); ++i)
-      beside_[i] = near * (to_.x[i] - from_.x[i]) * (std::fmod(golden * (i + 1), 1.0) - 0.5);
-    if (is_worse([&](double zero, double noise) { return swings(zero, noise); })) return true;
-    beside_.setZero();
+    for (int i = 0; i < offset_.size(); ++i)
+      offset_[i] = near * (to_.x[i] - from_.x[i]) * (std::fmod(golden * (i + 1), 1.0) - 0.5);
+    if (is_worse([&](double zero, double noise) { return oscillates(zero, noise); })) return true;
+    offset_.setZero();
     return false;
   }
 
   /// Do solutions diverge from each other after a zero that is not a pole? If a disturbance grows like δ′ = k
   /// δ/t, k > 0, as for x′ = k x/t, all solutions x = c tᵏ start from one point. If it decays like that
   /// before the zero, all of them meet there. For ODEs only. Returns the time of the zero.
-  std::optional<double> parts() {
+  std::optional<double> parting_time() {
     constexpr Eigen::Index most = 60;  // unknowns
-    if (!equations_.is_ode() || equations_.has_dense_jacobian() || beside_.size() > most) return {};
+    if (!equations_.is_ode() || equations_.has_dense_jacobian() || offset_.size() > most) return {};
     double at = 0;
     const bool singular = is_worse([&](double zero, double noise) {
       at = from_.t + zero * (to_.t - from_.t);
@@ -60,7 +60,7 @@ class PoleTest {
   template <class Judge>
   bool is_worse(const Judge& judge) {
     const double g0 = value(0), g1 = value(1);
-    if (beside_.squaredNorm() > 0 && !(g0 * g1 <= 0))
+    if (offset_.squaredNorm() > 0 && !(g0 * g1 <= 0))
       return false;  // a zero on the line need not have one next to it
     double low = 0, high = 1;
     for (int k = 0; k < 60; ++k) {
@@ -87,16 +87,16 @@ class PoleTest {
 
   /// For ODEs only, since residuals along a solution are rounding errors. Several sequences of distances,
   /// since an oscillation may by chance look monotone on one of them.
-  bool swings(double zero, double noise) {
+  bool oscillates(double zero, double noise) {
     if (!equations_.is_ode()) return false;
     for (double part : {1.0, 0.83, 0.71, 0.57})
-      if (swings_from(zero, std::max(0.1 * part * zero, 1e8 * noise / part))) return true;
+      if (oscillates_from(zero, std::max(0.1 * part * zero, 1e8 * noise / part))) return true;
     return false;
   }
 
   /// If F has a limit or grows like a logarithm, its changes from a distance to half of it decrease or keep
   /// their sign. Those of cos(1/x) do neither.
-  bool swings_from(double zero, double distance) {
+  bool oscillates_from(double zero, double distance) {
     constexpr int half = 6;
     constexpr double visible = 1e-2;  // of x′
     const double dt = std::fabs(to_.t - from_.t);
@@ -152,7 +152,7 @@ class PoleTest {
   /// The largest Re λ of ±∂x′/∂x, in units of 1/step size.
   double growth(double share, int sign) {
     value(share);
-    const Eigen::Index n = beside_.size();
+    const Eigen::Index n = offset_.size();
     Mat F = Mat::Zero(n, 2 * n);  // ∂F/∂(x, x′)
     const std::vector<double>& partials = equations_.jacobian();
     for (std::size_t k = 0; k < partials.size(); ++k) {
@@ -170,7 +170,7 @@ class PoleTest {
   double value(double share) {
     const double inside = std::max(share, 0.0);
     point_.t = from_.t + share * (to_.t - from_.t);
-    point_.x = from_.x + share * (to_.x - from_.x) + beside_;
+    point_.x = from_.x + share * (to_.x - from_.x) + offset_;
     point_.xdot = from_.xdot + inside * (to_.xdot - from_.xdot);
     point_.z = from_.z + inside * (to_.z - from_.z);
     equations_.set_point(point_.t, point_.x.data(), point_.xdot.data(), point_.z.data());
@@ -182,7 +182,7 @@ class PoleTest {
   const Tolerances& tolerances_;
   codegen::Kernel factor_;
   const Point &from_, &to_;
-  Vec beside_;
+  Vec offset_;
   Point point_;
 };
 
@@ -276,7 +276,7 @@ std::optional<std::string> DomainMonitor::passed_part(Problem& equations, const 
     PoleTest test(equations, pole.factor, tolerances_, from, ahead);
     if (test()) return conditions_[pole.condition].reason();
     const bool news = not_unique_.empty() && pole.g * out_[i] < 0;
-    if (const auto t = news ? test.parts() : std::nullopt)
+    if (const auto t = news ? test.parting_time() : std::nullopt)
       not_unique_ = text("not unique from t = ", rounded(*t, 6), " on: ", to_text(pole.factor),
                          " = 0 there, and solutions may part without bound behind it; one of them is taken");
   }

@@ -30,7 +30,7 @@ namespace pendula::integrate {
 class DomainMonitor {
  public:
   /// The conditions of a problem's equations but for those that are guards. Cost: of domain_conditions().
-  /// wanted = false: none. tolerances: for what swings without end and hardly matters.
+  /// wanted = false: none. tolerances: for what oscillates without end with negligible effect.
   DomainMonitor(const Problem& problem, const std::vector<Guard>& guards, const Tolerances& tolerances,
                 bool wanted);
 

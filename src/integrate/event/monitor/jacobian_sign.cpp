@@ -35,7 +35,7 @@ int JacobianSign::determinant(const Point& p, double& log) {
   return 0;
 }
 
-std::optional<Stop> JacobianSign::look(const Point& point, const SolutionBetween& between) {
+std::optional<Stop> JacobianSign::inspect(const Point& point, const SolutionBetween& between) {
   double log = 0;
   const int sign = determinant(point, log);
   std::optional<Stop> stop;
@@ -47,9 +47,9 @@ std::optional<Stop> JacobianSign::look(const Point& point, const SolutionBetween
       const double t = t_ + (point.t - t_) * k / (samples + 1);
       if (!RankBlock::reached(t, between, p)) break;
       if (const int other = determinant(p, here); other != 0 && other != sign_)
-        stop = narrow(t, std::max(here, log), between);
+        stop = bisect(t, std::max(here, log), between);
     }
-    if (!stop && sign != sign_) stop = narrow(point.t, log, between);
+    if (!stop && sign != sign_) stop = bisect(point.t, log, between);
   }
   sign_ = sign;
   log_ = log;
@@ -57,7 +57,7 @@ std::optional<Stop> JacobianSign::look(const Point& point, const SolutionBetween
   return stop;
 }
 
-std::optional<Stop> JacobianSign::narrow(double end, double end_log, const SolutionBetween& between) {
+std::optional<Stop> JacobianSign::bisect(double end, double end_log, const SolutionBetween& between) {
   double low = t_, high = end, log = end_log;
   Point p;
   for (int k = 0; k < 40 && high - low > 1e-14 * std::fabs(high); ++k) {

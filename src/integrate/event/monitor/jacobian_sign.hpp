@@ -18,14 +18,14 @@ class JacobianSign {
   /// Requires a block with a Jacobian.
   explicit JacobianSign(RankBlock& block);
   void start(const Point& point);
-  std::optional<Stop> look(const Point& point, const SolutionBetween& between);
-  /// Of a look, in operations.
+  std::optional<Stop> inspect(const Point& point, const SolutionBetween& between);
+  /// Of an inspection, in operations.
   double cost() const { return cost_; }
   bool almost_lost(const Point& point);
 
  private:
   int determinant(const Point& p, double& log);
-  std::optional<Stop> narrow(double end, double end_log, const SolutionBetween& between);
+  std::optional<Stop> bisect(double end, double end_log, const SolutionBetween& between);
 
   RankBlock& block_;
   codegen::Kernel jacobian_;

@@ -114,7 +114,7 @@ void PeakMonitor::evaluate(const Point& point, Values& out) {
 }
 
 /// Evaluates a point of the cubic through the ends of a step.
-void PeakMonitor::look(const Point& from, const Point& to, double share, Sample& out) {
+void PeakMonitor::sample(const Point& from, const Point& to, double share, Sample& out) {
   out.share = share;
   hermite(from, to, share, inside_);
   evaluate(inside_, out.values);
@@ -126,12 +126,12 @@ void PeakMonitor::restart(const ProblemPtr& problem, const Point& point) {
   evaluate(point, last_.values);
 }
 
-bool PeakMonitor::is_tired() const {
+bool PeakMonitor::has_reached_limit() const {
   constexpr long few = 20;  // number of peaks that are resolved by shorter steps at any cost
   return repeated_ > few && repeated_ > steps_ / 4;
 }
 
-double PeakMonitor::missed(const ProblemPtr& problem, const Point& from, const Point& to) {
+double PeakMonitor::missed_peak_error(const ProblemPtr& problem, const Point& from, const Point& to) {
   if (nodes() == 0) return 0;
   follow(problem);
   evaluate(to, next_.values);
@@ -164,7 +164,7 @@ double PeakMonitor::passes_peak(const Sample& low, const Sample& behind, int dep
                                 const Point& to) {
   if (depth < deepest) {
     Sample& middle = middles_[depth];
-    look(from, to, (low.share + behind.share) / 2, middle);
+    sample(from, to, (low.share + behind.share) / 2, middle);
     if (shows_no_peak(low, middle, behind)) return 0;
     const double off = passes_peak(low, middle, depth + 1, from, to);
     return off > 0 ? off : passes_peak(middle, behind, depth + 1, from, to);
@@ -173,7 +173,7 @@ double PeakMonitor::passes_peak(const Sample& low, const Sample& behind, int dep
     if (!turns(i, low.values, behind.values) || !may_reach_peak(i, low, behind)) continue;
     if (++searched_ > most_searched) break;
     const auto peak = peak_between(i, low, behind, from, to);
-    const double off = peak ? matters(*peak, from, to) : 0;
+    const double off = peak ? peak_error(*peak, from, to) : 0;
     if (off > 0) return off;
   }
   return 0;
@@ -245,14 +245,14 @@ std::optional<PeakMonitor::Peak> PeakMonitor::peak_between(std::size_t i, const 
   behind_ = behind;
   while (behind_.share - low_.share > narrowest) {
     if (!may_reach_peak(i, low_, behind_)) return {};
-    look(from, to, (low_.share + behind_.share) / 2, middle_);
+    sample(from, to, (low_.share + behind_.share) / 2, middle_);
     if (divisor && !(middle_.values[i] * side < 0)) return {};  // a zero: a pole, or a point next to one
     std::swap(side * middle_.values[nodes() + i] > 0 ? low_ : behind_, middle_);
   }
   const double top = side * low_.values[i];
   if (!(top > peak_height(i))) return {};
   const double width = half_width(low_.share, [&](double share) {
-    look(from, to, share, middle_);
+    sample(from, to, share, middle_);
     const double there = side * middle_.values[i];
     return divisor ? there <= 2 * top : there <= top - 0.5;
   });
@@ -296,7 +296,7 @@ bool PeakMonitor::defect(const Point& from, const Point& to, double share, Vec& 
 
 /// The area of the peak above its surroundings, in tolerances; 0 if it is within the admissible error
 /// of a step.
-double PeakMonitor::matters(const Peak& peak, const Point& from, const Point& to) {
+double PeakMonitor::peak_error(const Peak& peak, const Point& from, const Point& to) {
   constexpr double feet = 4;      // in half widths: e^{-θ²/2} has fallen to e^{-8} there
   constexpr double several = 3;   // tolerances: the admissible error of a step
   constexpr double area = 2.507;  // √(2π): the area of a Gaussian of height 1 and half width 1

@@ -26,11 +26,11 @@ class PeakMonitor {
   /// The run begins at a point, or has jumped to it. problem: with its branches, as it is integrated now.
   void restart(const ProblemPtr& problem, const Point& point);
   /// After every accepted step: by how many tolerances the solution is off because it has jumped over a peak;
-  /// 0 where it has not, or hardly. Then it has to be made again in shorter ones, unless the run is tired of
-  /// that. Cost: where there is one, some 30 evaluations of exponents and two of x′.
-  double missed(const ProblemPtr& problem, const Point& from, const Point& to);
+  /// 0 where it has not, or hardly. Then it has to be made again in shorter ones, unless
+  /// has_reached_limit(). Cost: where there is one, some 30 evaluations of exponents and two of x′.
+  double missed_peak_error(const ProblemPtr& problem, const Point& from, const Point& to);
   /// More than a quarter of the steps were made again: peaks without end. They count as errors then.
-  bool is_tired() const;
+  bool has_reached_limit() const;
   bool is_empty() const { return nodes() == 0; }
 
  private:
@@ -57,7 +57,7 @@ class PeakMonitor {
   static Nodes nodes_of(const Problem& problem);
   std::size_t nodes() const { return nodes_.is_divisor.size(); }
   void evaluate(const Point& point, Values& out);
-  void look(const Point& from, const Point& to, double share, Sample& out);
+  void sample(const Point& from, const Point& to, double share, Sample& out);
   bool varies_fast() const;
   double passes_peak(const Sample& low, const Sample& behind, int depth, const Point& from, const Point& to);
   bool shows_no_peak(const Sample& low, const Sample& middle, const Sample& behind) const;
@@ -68,7 +68,7 @@ class PeakMonitor {
                                    const Point& to);
   template <class Fallen>
   double half_width(double top, const Fallen& has_fallen);
-  double matters(const Peak& peak, const Point& from, const Point& to);
+  double peak_error(const Peak& peak, const Point& from, const Point& to);
   bool defect(const Point& from, const Point& to, double share, Vec& out);
 
   ProblemPtr original_;  ///< that of the run

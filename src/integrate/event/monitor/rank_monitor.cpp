@@ -29,14 +29,14 @@ struct RankMonitor::Part {
     if (jacobian) jacobian->start(point);
   }
 
-  std::optional<Stop> look(const Point& point, long steps, bool last, const SolutionBetween& between,
-                           const SolutionBetween& nearby) {
+  std::optional<Stop> inspect(const Point& point, long steps, bool last, const SolutionBetween& between,
+                              const SolutionBetween& nearby) {
     std::optional<Stop> stop;
-    if (gradients) stop = gradients->look(point, steps, between, nearby);
+    if (gradients) stop = gradients->inspect(point, steps, between, nearby);
     since += steps;
     if (!jacobian || (!last && since < rest)) return stop;
     since = 0;
-    const auto other = jacobian->look(point, between);
+    const auto other = jacobian->inspect(point, between);
     return other && (!stop || other->t < stop->t) ? other : stop;
   }
 
@@ -80,7 +80,7 @@ RankMonitor::~RankMonitor() = default;
 
 void RankMonitor::start(const Point& point) {
   if (parts_.empty()) return;
-  looked_ = point;
+  inspected_ = point;
   wait_ = ready_ ? 1 : 2;
   steps_ = 0;
   if (ready_)
@@ -96,17 +96,17 @@ void RankMonitor::restart(const ProblemPtr& problem) {
 RankMonitor::Part& RankMonitor::part(std::size_t k) {
   if (!parts_[k]) {
     parts_[k] = std::make_unique<Part>(blocks_[k], problem_, sizes_, tolerance_);
-    parts_[k]->start(looked_);
+    parts_[k]->start(inspected_);
   }
   return *parts_[k];
 }
 
-std::optional<Stop> RankMonitor::look(const MonitoredStep& step) {
+std::optional<Stop> RankMonitor::inspect(const MonitoredStep& step) {
   if (!ready_) operations_ = static_cast<double>(problem_->operations());
   ready_ = true;
   const Point& here = step.here;
   const SolutionBetween by_ends = [&](double t, Point& out) {
-    hermite(looked_, here, (t - looked_.t) / (here.t - looked_.t), out);
+    hermite(inspected_, here, (t - inspected_.t) / (here.t - inspected_.t), out);
   };
   const SolutionBetween between = [&](double t, Point& out) {
     if (!interpolation_ || !interpolation_->interpolate(t, out)) by_ends(t, out);
@@ -123,13 +123,13 @@ std::optional<Stop> RankMonitor::look(const MonitoredStep& step) {
   std::optional<Stop> first;
   for (std::size_t k = 0; k < parts_.size(); ++k) {
     Part& one = part(k);
-    const auto stop = one.look(here, since, step.last, between, nearby);
+    const auto stop = one.inspect(here, since, step.last, between, nearby);
     if (stop && (!first || stop->t < first->t)) first = stop;
     wait_ = std::min(wait_, one.wait(std::max(evaluations * operations_, 1.0)));
     due_ = std::min(due_, one.due());
   }
-  if (first) first->known = looked_.t;
-  looked_ = here;
+  if (first) first->known = inspected_.t;
+  inspected_ = here;
   return first;
 }
 

@@ -28,10 +28,10 @@ RootBranchMonitor::RootBranchMonitor(const ProblemPtr& problem, const std::vecto
 
 void RootBranchMonitor::start(const Point& point) {
   for (auto& list : samples_) list.clear();
-  look(point);
+  inspect(point);
 }
 
-std::optional<Stop> RootBranchMonitor::look(const Point& point) {
+std::optional<Stop> RootBranchMonitor::inspect(const Point& point) {
   if (roots_.empty()) return {};
   problem_->set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());
   kernel_(problem_->values().data(), out_.data());

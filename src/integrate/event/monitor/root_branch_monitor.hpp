@@ -23,13 +23,13 @@ class RootBranchMonitor : public Monitor {
   void restart(const ProblemPtr& problem) override {
     if (problem_) problem_->take_parameters(*problem);
   }
-  std::optional<Stop> after(const MonitoredStep& step) override { return look(step.here); }
+  std::optional<Stop> after(const MonitoredStep& step) override { return inspect(step.here); }
 
  private:
   struct Sample {
     double t, s, slope;  ///< s = √D
   };
-  std::optional<Stop> look(const Point& point);
+  std::optional<Stop> inspect(const Point& point);
   static std::optional<double> kink(const std::deque<Sample>& list);
 
   ProblemPtr problem_;

@@ -102,7 +102,7 @@ void SwitchMonitor::evaluate(Problem& problem, const Point& point, Values& out) 
   kernel_(problem.values().data(), out.data());
 }
 
-void SwitchMonitor::look(Problem& problem, const Point& from, const Point& to, double share, Values& out) {
+void SwitchMonitor::sample(Problem& problem, const Point& from, const Point& to, double share, Values& out) {
   hermite(from, to, share, there_);
   evaluate(problem, there_, out);
 }
@@ -125,8 +125,8 @@ std::optional<double> SwitchMonitor::passed(Problem& problem, const Point& from,
 /// Does v change its sign between the ends, or would it on a tangent at one of them?
 bool SwitchMonitor::is_due(Problem& problem, const Point& from, const Point& to) {
   const Values &begin = samples_.front(), &end = samples_.back();
-  look(problem, from, to, 1.0 / pieces, samples_[1]);
-  look(problem, from, to, 1 - 1.0 / pieces, samples_[pieces - 1]);
+  sample(problem, from, to, 1.0 / pieces, samples_[1]);
+  sample(problem, from, to, 1 - 1.0 / pieces, samples_[pieces - 1]);
   for (std::size_t i = 0; i < count_; ++i) {
     if (begin[i] * end[i] < 0 && std::fabs(end[i] - begin[i]) > wide) return true;
     const double ahead = pieces * std::fabs(samples_[1][i] - begin[i]);
@@ -138,7 +138,8 @@ bool SwitchMonitor::is_due(Problem& problem, const Point& from, const Point& to)
 
 SwitchMonitor::Passage SwitchMonitor::first_passage(Problem& problem, const Point& from, const Point& to) {
   constexpr double within = 1;  // the step begins within the switch
-  for (int k = 2; k < pieces - 1; ++k) look(problem, from, to, static_cast<double>(k) / pieces, samples_[k]);
+  for (int k = 2; k < pieces - 1; ++k)
+    sample(problem, from, to, static_cast<double>(k) / pieces, samples_[k]);
   Passage first;
   for (std::size_t i = 0; i < count_; ++i) {
     double least = samples_[0][i], most = least;
@@ -164,7 +165,7 @@ double SwitchMonitor::root(Problem& problem, std::size_t which, int piece, const
   const bool positive = samples_[piece - 1][which] > 0;
   for (int k = 0; k < halvings; ++k) {
     const double middle = (low + high) / 2;
-    look(problem, from, to, middle, inside_);
+    sample(problem, from, to, middle, inside_);
     ((inside_[which] > 0) == positive ? low : high) = middle;
   }
   return high;

@@ -34,7 +34,7 @@ class SwitchMonitor {
   static constexpr int pieces = 16;  ///< of a step, at whose ends v is looked at
 
   void evaluate(Problem& problem, const Point& point, Values& out) const;
-  void look(Problem& problem, const Point& from, const Point& to, double share, Values& out);
+  void sample(Problem& problem, const Point& from, const Point& to, double share, Values& out);
   bool is_due(Problem& problem, const Point& from, const Point& to);
   struct Passage {
     std::size_t which = 0;

@@ -28,7 +28,7 @@ int init(Call& call) {
                   rounded(m.to).c_str());
   if (at->moved.size() > most + 1)
     std::printf("nearest: … %zu more (the ledger has all %zu)\n", at->moved.size() - most, at->moved.size());
-  if (at->lost) warn(at->lost_text());
+  if (at->lost) warn(at->lost_digits_text());
   return call.push(at);
 }
 

@@ -362,7 +362,7 @@ dae::ConsistentStatePtr read_start(lua_State* L, const Options& options, const d
   if (model->form == "array") return start_of_rows(request, model);
   try {
     const dae::ConsistentStatePtr at = dae::init(model, request);
-    if (at->lost) warn(at->lost_text());
+    if (at->lost) warn(at->lost_digits_text());
     return at;
   } catch (const Error& conflict) {
     if (model->invariants.empty()) throw;

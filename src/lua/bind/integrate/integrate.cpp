@@ -49,7 +49,7 @@ void remember_options(lua_State* L) {
   lua_settop(L, solution);
 }
 
-void tell_early_end(Call& call, const char* what, const integrate::Solution& run) {
+void report_early_end(Call& call, const char* what, const integrate::Solution& run) {
   if (run.ending() != integrate::Ending::stopped || !typed_at_prompt(call.L)) return;
   warn(text(what, " ", run.status()));
 }
@@ -79,7 +79,7 @@ int integrate_model(Call& call) {
     std::fprintf(stderr, "\ninterrupted at t = %s; the part computed so far is the result\n",
                  rounded(result->solution().t().back(), 6).c_str());
   }
-  tell_early_end(call, "integrate:", result->solution());
+  report_early_end(call, "integrate:", result->solution());
   call.push(result);
   remember_options(call.L);
   return 1;

@@ -21,7 +21,7 @@ struct TypeName<integrate::Trajectory> {
 };
 
 /// At the prompt a run that did not reach its end says so, and so does what is asked about its last point.
-void tell_early_end(Call& call, const char* what, const integrate::Solution& run);
+void report_early_end(Call& call, const char* what, const integrate::Solution& run);
 
 /// Keeps the options (argument 2) of the solution on top of the stack: sol.options.
 void remember_options(lua_State* L);

@@ -150,7 +150,7 @@ int curve(Call& call) {
 }
 
 int final(Call& call) {
-  tell_early_end(call, "final: the value at the last point; the run", trajectory_of(call).solution());
+  report_early_end(call, "final: the value at the last point; the run", trajectory_of(call).solution());
   const integrate::Point end = trajectory_of(call).solution().final();
   return call.has(2)
              ? push_at(call, read_expression(call, 2), end.t)

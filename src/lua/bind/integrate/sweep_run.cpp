@@ -33,13 +33,13 @@ void run_in_store(integrate::Sweep& sweep, const std::shared_ptr<store::RunStore
 }
 
 /// Where the runs are made, if not in this process.
-struct Elsewhere {
+struct RemoteExecution {
   long shards = 0;        ///< number of shards written for manual execution
   int slurm = LUA_NOREF;  ///< reference to the table of slurm{ … }
 };
 
-Elsewhere read_elsewhere(Call& call, const std::string& file) {
-  Elsewhere result;
+RemoteExecution read_remote_execution(Call& call, const std::string& file) {
+  RemoteExecution result;
   if (!lua_istable(call.L, 2)) return result;
   lua_getfield(call.L, 2, "shards");
   if (!lua_isnil(call.L, -1)) {
@@ -58,7 +58,7 @@ Elsewhere read_elsewhere(Call& call, const std::string& file) {
 }
 
 /// Writes shards for manual execution, or submits them to Slurm and waits.
-void hand_over(Call& call, const store::RunStore& store, const Elsewhere& elsewhere) {
+void run_remotely(Call& call, const store::RunStore& store, const RemoteExecution& elsewhere) {
   lua_State* L = call.L;
   include_embedded(L, "many/cluster");
   lua_getfield(L, -1, elsewhere.slurm == LUA_NOREF ? "write" : "run");
@@ -113,7 +113,7 @@ int sweep(Call& call) {
       throw Error("open and retry are for a sweep with store = \"runs.db\"");
     if (!file.empty() && call.is<dae::Model>(1)) words = read_sweep_text(call);
   }
-  const Elsewhere elsewhere = read_elsewhere(call, file);
+  const RemoteExecution elsewhere = read_remote_execution(call, file);
   auto made = std::make_shared<integrate::Sweep>(read_sweep(call, record->space), !file.empty());
   if (file.empty()) {
     CountProgress progress("sweep", "runs", made->runs());
@@ -122,7 +122,7 @@ int sweep(Call& call) {
     auto store = open ? std::make_shared<store::RunStore>(file)
                       : std::make_shared<store::RunStore>(file, describe_store(*made, *record->space, words));
     if (elsewhere.shards > 0 || elsewhere.slurm != LUA_NOREF) {
-      hand_over(call, *store, elsewhere);
+      run_remotely(call, *store, elsewhere);
       open = true;
     }
     run_in_store(*made, store, open, retry);

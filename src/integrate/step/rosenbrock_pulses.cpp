@@ -27,7 +27,7 @@ void RosenbrockStepper::curve(const double* dense, double part, double dt, doubl
 /// The motion missed inside the step: the larger of z in tenths of its range and x in tolerances, filtered
 /// like the error estimate.
 double RosenbrockStepper::missed_on_the_way(double dt) {
-  constexpr int looks = 7;
+  constexpr int samples = 7;
   constexpr std::array<double, 1> end = {1};
   if (m() == 0 || rhs_.is_linear()) return 0;
   const auto on_curve = [this, dt](double part, double* y, double* slope) {
@@ -39,10 +39,11 @@ double RosenbrockStepper::missed_on_the_way(double dt) {
     pulses_.include(U_.data() + n());
   }
   if (!pulses_.is_due(at_end_.weights)) return 0;
-  const PulseWatch::Step step{here_.t, dt, end, looks, on_curve, at_end_.weights};
-  const double z = pulses_.look(step, [this](double t, const double* y, Vec& xdot, Vec& z_there) {
-    return rhs_.stage(t, y, xdot.data(), z_there.data(), tolerances_.rtol.minCoeff());
-  });
+  const PulseWatch::Step step{here_.t, dt, end, samples, on_curve, at_end_.weights};
+  const double z =
+      pulses_.distance_from_equations(step, [this](double t, const double* y, Vec& xdot, Vec& z_there) {
+        return rhs_.stage(t, y, xdot.data(), z_there.data(), tolerances_.rtol.minCoeff());
+      });
   return std::max(z, pulses_.missed_norm(dt, at_end_.weights, [&](const Vec& missed, std::vector<double>& e) {
     return filter_missed(dt, missed, e);
   }));

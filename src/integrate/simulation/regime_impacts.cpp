@@ -1,4 +1,4 @@
-#include "integrate/simulation/regime_blows.hpp"
+#include "integrate/simulation/regime_impacts.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -15,14 +15,14 @@
 
 namespace pendula::integrate {
 
-Blows::Blows(dae::ModelPtr model, const Simulation& simulation, dae::Regimes& regimes)
+RegimeImpacts::RegimeImpacts(dae::ModelPtr model, const Simulation& simulation, dae::Regimes& regimes)
     : model_(std::move(model)), simulation_(simulation), regimes_(regimes) {
   for (const ModelEvent& event : simulation_.events) when_.push_back(dae::resolve(*model_, event.when));
   happened_.assign(when_.size(), -std::numeric_limits<double>::infinity());
   interval_ = simulation_.plan.to - simulation_.plan.from;
 }
 
-std::vector<ModelEvent> Blows::events_in(const dae::Regime& regime) {
+std::vector<ModelEvent> RegimeImpacts::events_in(const dae::Regime& regime) {
   std::vector<ModelEvent> events = simulation_.events;
   deferred_.assign(events.size(), 0);
   replies_.assign(events.size(), {});
@@ -45,13 +45,13 @@ std::vector<ModelEvent> Blows::events_in(const dae::Regime& regime) {
   return events;
 }
 
-Blows::Values Blows::all(const Values& values) const {
+RegimeImpacts::Values RegimeImpacts::all(const Values& values) const {
   Values at = known_;
   for (const auto& [leaf, value] : values) at[leaf] = value;
   return at;
 }
 
-Vec Blows::gradient_of(Expr e, const std::vector<Expr>& x, const Values& at) const {
+Vec RegimeImpacts::gradient_of(Expr e, const std::vector<Expr>& x, const Values& at) const {
   Vec d = Vec::Zero(static_cast<Eigen::Index>(x.size()));
   for (const Entry& entry : sparse_jacobian({&e, 1}, x)) d[entry.column] = dae::value_at(entry.value, at);
   return d;
@@ -59,7 +59,7 @@ Vec Blows::gradient_of(Expr e, const std::vector<Expr>& x, const Values& at) con
 
 /// d when/dt if the equations of the regime determine it from the states, which need not satisfy the
 /// conditions of the regime.
-std::optional<double> Blows::slope(Expr when, const Values& at) const {
+std::optional<double> RegimeImpacts::slope(Expr when, const Values& at) const {
   constexpr double visible = 1e-9;
   std::vector<Expr> unknowns = form_.xdot;
   unknowns.insert(unknowns.end(), form_.z.begin(), form_.z.end());
@@ -86,7 +86,7 @@ std::optional<double> Blows::slope(Expr when, const Values& at) const {
   return own + w.dot(row.cwiseProduct(right));
 }
 
-bool Blows::is_at_root(Expr when, const Values& at, const dae::Sizes& sizes, double fastest) const {
+bool RegimeImpacts::is_at_root(Expr when, const Values& at, const dae::Sizes& sizes, double fastest) const {
   // relative to the terms; relative to the change over the run
   constexpr double of_terms = 1e-9, of_time = 1e-12;
   const double g = std::fabs(dae::value_at(when, at));
@@ -94,7 +94,7 @@ bool Blows::is_at_root(Expr when, const Values& at, const dae::Sizes& sizes, dou
   return g <= of_time * fastest * std::max(interval_, t) || g <= of_terms * dae::size_of(when, at, sizes);
 }
 
-AtRoots Blows::at_roots(const Values& before, const Values& here, const dae::Sizes& sizes) const {
+AtRoots RegimeImpacts::at_roots(const Values& before, const Values& here, const dae::Sizes& sizes) const {
   std::vector<int> directions;
   for (const ModelEvent& event : simulation_.events) directions.push_back(event.direction);
   AtRoots roots(directions);
@@ -113,12 +113,13 @@ AtRoots Blows::at_roots(const Values& before, const Values& here, const dae::Siz
   return roots;
 }
 
-void Blows::remark_order(int which) {
+void RegimeImpacts::remark_order(int which) {
   if (remark_.empty()) remark_ = order_remark(known_.at(time_symbol()), when_[which]);
 }
 
 /// As EventHandler::overdue(), but at a root the slope alone decides.
-std::optional<int> Blows::overdue(const Values& here, const dae::Sizes& sizes, const AtRoots& roots) const {
+std::optional<int> RegimeImpacts::overdue(const Values& here, const dae::Sizes& sizes,
+                                          const AtRoots& roots) const {
   for (std::size_t i = 0; i < when_.size(); ++i) {
     const ModelEvent& event = simulation_.events[i];
     if (std::abs(event.direction) < 2) continue;
@@ -134,7 +135,7 @@ std::optional<int> Blows::overdue(const Values& here, const dae::Sizes& sizes, c
 
 /// Restores the conditions common to all regimes as a model without regimes does: by changing states that
 /// were not reset.
-void Blows::keep_lasting(const dae::Regime& regime, const std::vector<Expr>& reset, Values& values) {
+void RegimeImpacts::keep_lasting(const dae::Regime& regime, const std::vector<Expr>& reset, Values& values) {
   const ProblemPtr problem = make_problem(model_, simulation_);
   std::vector<Expr> lasting;
   for (Expr c : regimes_.lasting_conditions(regime))
@@ -154,8 +155,9 @@ void Blows::keep_lasting(const dae::Regime& regime, const std::vector<Expr>& res
   for (std::size_t i = 0; i < n; ++i) values[leaves[i]] = point.x[i];
 }
 
-Blows::Blow Blows::apply(int which, const EventReply& reply, const dae::Regime& regime, Values& values) {
-  Blow blow{which, reply.stop, values, {}};
+RegimeImpacts::Impact RegimeImpacts::apply(int which, const EventReply& reply, const dae::Regime& regime,
+                                           Values& values) {
+  Impact impact{which, reply.stop, values, {}};
   happened_[which] = known_.at(time_symbol());
   const Values at = all(values);
   std::vector<std::pair<Expr, double>> changes = reply.reset;
@@ -172,24 +174,25 @@ Blows::Blow Blows::apply(int which, const EventReply& reply, const dae::Regime& 
     reset.push_back(leaf);
   }
   if (!reset.empty()) keep_lasting(regime, reset, values);
-  blow.after = values;
-  return blow;
+  impact.after = values;
+  return impact;
 }
 
-std::vector<Blows::Blow> Blows::settle(const std::vector<EventRecord>& events, const dae::Regime& regime,
-                                       const dae::StartRequest& request, const dae::Sizes& sizes,
-                                       Values& values) {
+std::vector<RegimeImpacts::Impact> RegimeImpacts::settle(const std::vector<EventRecord>& events,
+                                                         const dae::Regime& regime,
+                                                         const dae::StartRequest& request,
+                                                         const dae::Sizes& sizes, Values& values) {
   known_ = dae::values_before(*regime.model, request);
   form_ = dae::first_order(*regime.model);
   const Values before = all(values);
-  std::vector<Blow> blows;
+  std::vector<Impact> impacts;
   std::vector<int> pending;
   for (const EventRecord& e : events) {
     const auto which = static_cast<std::size_t>(e.which);
     if (e.t == events.back().t && e.action == "stop" && which < deferred_.size() && deferred_[which])
       pending.push_back(e.which);
   }
-  if (pending.empty()) return blows;
+  if (pending.empty()) return impacts;
   std::optional<AtRoots> roots;
   do {
     std::optional<int> which;
@@ -197,29 +200,29 @@ std::vector<Blows::Blow> Blows::settle(const std::vector<EventRecord>& events, c
     if (!pending.empty()) {
       which = pending.front();
       pending.erase(pending.begin());
-      if (roots) roots->look(now);
+      if (roots) roots->update(now);
       if (roots && roots->order_matters(*which, slope(when_[*which], all(values)).value_or(NAN)))
         remark_order(*which);
       if (roots && is_thrown_back(*which, before, all(values), sizes, *roots)) continue;
-      blows.push_back(apply(*which, replies_[*which], regime, values));
+      impacts.push_back(apply(*which, replies_[*which], regime, values));
     } else {
       which = overdue(all(values), sizes, *roots);
       if (which) {
-        roots->look(now);
-      } else if (const auto sent = roots->sent_across(now)) {
-        which = sent->which;
-        if (sent->order_matters) remark_order(*which);
+        roots->update(now);
+      } else if (const auto triggered = roots->first_triggered(now)) {
+        which = triggered->which;
+        if (triggered->order_matters) remark_order(*which);
       }
       if (!which) break;
-      blows.push_back(apply(*which, reply_to_blow(*which, blows.size()), regime, values));
+      impacts.push_back(apply(*which, reply_to_triggered(*which, impacts.size()), regime, values));
     }
     if (!roots) roots = at_roots(before, all(values), sizes);
-  } while (!blows.back().stop);
-  return blows;
+  } while (!impacts.back().stop);
+  return impacts;
 }
 
 /// The reply to an event that was triggered by others.
-EventReply Blows::reply_to_blow(int which, std::size_t count) const {
+EventReply RegimeImpacts::reply_to_triggered(int which, std::size_t count) const {
   constexpr std::size_t most = 1000;  // events at one time
   const ModelEvent& event = simulation_.events[which];
   const std::string name = to_text(when_[which]);
@@ -233,15 +236,15 @@ EventReply Blows::reply_to_blow(int which, std::size_t count) const {
 }
 
 /// As EventHandler::is_thrown_back().
-bool Blows::is_thrown_back(int which, const Values& before, const Values& here, const dae::Sizes& sizes,
-                           const AtRoots& roots) const {
+bool RegimeImpacts::is_thrown_back(int which, const Values& before, const Values& here,
+                                   const dae::Sizes& sizes, const AtRoots& roots) const {
   const double was = slope(when_[which], before).value_or(0), now = slope(when_[which], here).value_or(0);
   return was * now < 0 && roots.is_leaving(std::fabs(now)) &&
          is_at_root(when_[which], here, sizes, roots.fastest());
 }
 
-Expr Blows::struck_despite_law(const dae::RegimeStart& start, const dae::StartRequest& request,
-                               const dae::Sizes& sizes) const {
+Expr RegimeImpacts::law_sharing_impulse(const dae::RegimeStart& start, const dae::StartRequest& request,
+                                        const dae::Sizes& sizes) const {
   constexpr double parallel = 1e-9;
   const std::vector<Expr> states = model_->states();
   const Values at = dae::values_before(*start.regime->model, request);
@@ -259,7 +262,7 @@ Expr Blows::struck_despite_law(const dae::RegimeStart& start, const dae::StartRe
   };
   Expr law(0);
   bool without = false;
-  for (Expr gap : start.struck) {
+  for (Expr gap : start.impulse_margins) {
     const Expr own = law_of(gap);
     if (own.is_zero())
       without = true;

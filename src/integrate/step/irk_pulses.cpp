@@ -26,7 +26,7 @@ void IrkStepper::polynomial(double part, double dt, double* value, double* slope
 
 /// The motion missed between the stages: the larger of z in tenths of its range and x in tolerances.
 double IrkStepper::missed_between_stages(double dt) {
-  constexpr int looks = 5;
+  constexpr int samples = 5;
   if (m() == 0 || rhs_.is_linear()) return 0;
   pulses_.begin(here_.z, next_.z);
   for (std::size_t first = static_cast<std::size_t>(n()); first < Z_.size();
@@ -36,11 +36,12 @@ double IrkStepper::missed_between_stages(double dt) {
   }
   if (!pulses_.is_due(scales_.scale)) return 0;
   const auto curve = [this, dt](double part, double* y, double* slope) { polynomial(part, dt, y, slope); };
-  const PulseWatch::Step step{here_.t, dt, f().c, looks, curve, scales_.scale};
-  const double z = pulses_.look(step, [this, dt](double t, const double* y, Vec& xdot, Vec& z_there) {
-    if (!determined_) return corrected_there(t, dt, y, xdot, z_there);
-    return rhs_.stage(t, y, xdot.data(), z_there.data(), tolerances_.rtol.minCoeff());
-  });
+  const PulseWatch::Step step{here_.t, dt, f().c, samples, curve, scales_.scale};
+  const double z =
+      pulses_.distance_from_equations(step, [this, dt](double t, const double* y, Vec& xdot, Vec& z_there) {
+        if (!determined_) return corrected_there(t, dt, y, xdot, z_there);
+        return rhs_.stage(t, y, xdot.data(), z_there.data(), tolerances_.rtol.minCoeff());
+      });
   return std::max(z, pulses_.missed_norm(dt, scales_.scale, [&](const Vec& missed, std::vector<double>& e) {
     return filter_missed(dt, missed, e);
   }));

@@ -12,17 +12,17 @@
 
 namespace pendula::integrate {
 
-class Blows {
+class RegimeImpacts {
  public:
   using Values = std::unordered_map<Expr, double>;
-  struct Blow {
+  struct Impact {
     int which;
     bool stop;
     Values before, after;
   };
 
   /// Requires that simulation and regimes outlive it.
-  Blows(dae::ModelPtr model, const Simulation& simulation, dae::Regimes& regimes);
+  RegimeImpacts(dae::ModelPtr model, const Simulation& simulation, dae::Regimes& regimes);
 
   /// The user's events for a piece in this regime. Where its states obey conditions,
   /// those that reset states end it.
@@ -32,16 +32,16 @@ class Blows {
 
   /// Applies the events at the end of a piece. request: what is known there; values: of the leaves of the
   /// model, before and after. Throws Failure where events trigger each other without end.
-  std::vector<Blow> settle(const std::vector<EventRecord>& events, const dae::Regime& regime,
-                           const dae::StartRequest& request, const dae::Sizes& sizes, Values& values);
+  std::vector<Impact> settle(const std::vector<EventRecord>& events, const dae::Regime& regime,
+                             const dae::StartRequest& request, const dae::Sizes& sizes, Values& values);
 
   /// That events at one moment may depend on their order; empty: none did.
   const std::string& remark() const { return remark_; }
 
   /// The condition of an event that resets states at a contact which also transmits an impulse of the start
   /// without an impact law: the equations do not determine how both act together. 0 if there is none.
-  Expr struck_despite_law(const dae::RegimeStart& start, const dae::StartRequest& request,
-                          const dae::Sizes& sizes) const;
+  Expr law_sharing_impulse(const dae::RegimeStart& start, const dae::StartRequest& request,
+                           const dae::Sizes& sizes) const;
 
  private:
   Values all(const Values& values) const;
@@ -52,9 +52,9 @@ class Blows {
   void remark_order(int which);
   bool is_thrown_back(int which, const Values& before, const Values& here, const dae::Sizes& sizes,
                       const AtRoots& roots) const;
-  EventReply reply_to_blow(int which, std::size_t count) const;
+  EventReply reply_to_triggered(int which, std::size_t count) const;
   std::optional<int> overdue(const Values& here, const dae::Sizes& sizes, const AtRoots& roots) const;
-  Blow apply(int which, const EventReply& reply, const dae::Regime& regime, Values& values);
+  Impact apply(int which, const EventReply& reply, const dae::Regime& regime, Values& values);
   void keep_lasting(const dae::Regime& regime, const std::vector<Expr>& reset, Values& values);
 
   dae::ModelPtr model_;

@@ -1,4 +1,4 @@
-#include "dae/start/way_check.hpp"
+#include "dae/start/continuation_check.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,49 +16,52 @@
 
 namespace pendula::dae {
 
-WayCheck::WayCheck(const Model& model, const NumericArray& numeric)
+ContinuationCheck::ContinuationCheck(const Model& model, const NumericArray& numeric)
     : model_(model), numeric_(numeric), scale_(INFINITY) {
   for (const Variable& v : model.variables)
     scale_ = std::min(scale_, unit_of(v.leaf) / unit_of(derivative_leaf(v.leaf)));
 }
 
-double WayCheck::unit_of(Expr leaf) const {
+double ContinuationCheck::unit_of(Expr leaf) const {
   const auto& all = numeric_.columns();
   const auto at = std::find(all.begin(), all.end(), leaf);
   return at == all.end() ? 1 : numeric_.unit()[at - all.begin()];
 }
 
-bool WayCheck::holds(const WayOn& way) const {
-  const WayExpansion along = expansion(model_, way, true).value_or(straight(way));
+bool ContinuationCheck::holds(const Continuation& continuation) const {
+  const ContinuationExpansion along = expansion(model_, continuation, true).value_or(straight(continuation));
   for (std::size_t j = 0; j < along.derivatives.size(); ++j) {
     const auto& [leaf, d] = along.derivatives[j];
     for (std::size_t order = 1; order < d.size(); ++order) {
       const Expr own = derivative_leaf(leaf, static_cast<int>(order));
-      if (std::find(way.differs.begin(), way.differs.end(), own) == way.differs.end()) continue;
+      if (std::find(continuation.differs.begin(), continuation.differs.end(), own) ==
+          continuation.differs.end())
+        continue;
       const double unit = unit_of(own);
-      const auto asked = way.values.find(own);
-      const bool moved = asked != way.values.end() &&
+      const auto asked = continuation.values.find(own);
+      const bool moved = asked != continuation.values.end() &&
                          std::fabs(d[order] - asked->second) > same_derivative * (unit + std::fabs(d[order]));
-      if (moved || !is_least(way, along, {j, order}, unit)) return false;
+      if (moved || !is_least(continuation, along, {j, order}, unit)) return false;
     }
   }
   return true;
 }
 
-bool WayCheck::goes_on(const WayOn& way) const {
-  return goes_on(way, expansion(model_, way, true).value_or(straight(way)));
+bool ContinuationCheck::exists_along(const Continuation& continuation) const {
+  return exists_along(continuation, expansion(model_, continuation, true).value_or(straight(continuation)));
 }
 
 /// Is there a solution near the continuation? Without one, a residual remains, or the nearest solution is the
 /// meeting point itself.
-bool WayCheck::goes_on(const WayOn& way, const WayExpansion& along) const {
+bool ContinuationCheck::exists_along(const Continuation& continuation,
+                                     const ContinuationExpansion& along) const {
   // The step ahead is a hundredth of the time in which unknowns change by their units. There a straight line
   // has an error of 0.01², and solutions whose slopes differ by one unit are 0.01 apart; `share`, relative to
   // 0.01, lies between.
   constexpr double ahead = 0.01, share = 0.1;
   const NumericArray& equations = numeric_arrays(model_)->of_order(0);
-  PointValues values = way.values;
-  for (const auto& [leaf, value] : along.at(way.values.at(time_symbol()) + ahead * scale_))
+  PointValues values = continuation.values;
+  for (const auto& [leaf, value] : along.at(continuation.values.at(time_symbol()) + ahead * scale_))
     values[leaf] = value;
   auto known = equations.known(0);
   for (auto& [leaf, value] : known)
@@ -87,18 +90,20 @@ bool WayCheck::goes_on(const WayOn& way, const WayExpansion& along) const {
   return false;
 }
 
-WayExpansion WayCheck::straight(const WayOn& way) const {
-  WayExpansion line{way.values.at(time_symbol()), {}};
+ContinuationExpansion ContinuationCheck::straight(const Continuation& continuation) const {
+  ContinuationExpansion line{continuation.values.at(time_symbol()), {}};
   for (const Variable& v : model_.variables) {
-    const auto value = way.values.find(v.leaf), slope = way.values.find(derivative_leaf(v.leaf));
-    if (value != way.values.end() && slope != way.values.end())
+    const auto value = continuation.values.find(v.leaf),
+               slope = continuation.values.find(derivative_leaf(v.leaf));
+    if (value != continuation.values.end() && slope != continuation.values.end())
       line.derivatives.push_back({v.leaf, {value->second, slope->second}});
   }
   return line;
 }
 
 /// Tests distances between the ranges where rounding and missing derivatives hide the difference.
-bool WayCheck::is_least(const WayOn& way, const WayExpansion& along, Place place, double unit) const {
+bool ContinuationCheck::is_least(const Continuation& continuation, const ContinuationExpansion& along,
+                                 Place place, double unit) const {
   // With h the residual of the right polynomial decreases faster than that of one with a changed coefficient,
   // so that their ratio falls below any share at some h, unless rounding hides both. The change is the one
   // that distinguishes solutions (same_derivative), or a tenth, since the residual at a double root is the
@@ -111,12 +116,12 @@ bool WayCheck::is_least(const WayOn& way, const WayExpansion& along, Place place
   const double by = change * std::fabs(slope) + least_change * unit;
   double h = 0.1 * scale_;
   for (int k = 0; k < decades; ++k, h /= 10) {
-    const Vec here = residuals(way, along, h);
+    const Vec here = residuals(continuation, along, h);
     bool least = true, concerned = false;
     for (double sign : {1.0, -1.0}) {
-      WayExpansion other = along;
+      ContinuationExpansion other = along;
       other.derivatives[place.leaf].second[place.order] = slope + sign * by;
-      const Vec there = residuals(way, other, h);
+      const Vec there = residuals(continuation, other, h);
       for (Eigen::Index i = 0; i < here.size(); ++i) {
         if (std::fabs(there[i] - here[i]) <= unchanged * std::fabs(there[i])) continue;
         concerned = true;
@@ -128,8 +133,9 @@ bool WayCheck::is_least(const WayOn& way, const WayExpansion& along, Place place
   return false;
 }
 
-Vec WayCheck::residuals(const WayOn& way, const WayExpansion& along, double h) const {
-  PointValues values = way.values;
+Vec ContinuationCheck::residuals(const Continuation& continuation, const ContinuationExpansion& along,
+                                 double h) const {
+  PointValues values = continuation.values;
   for (const auto& [leaf, value] : along.at(along.t + h)) values[leaf] = value;
   const auto r = evaluate(model_.residuals, values);
   return Eigen::Map<const Vec>(r.data(), static_cast<Eigen::Index>(r.size()));
@@ -154,30 +160,31 @@ std::vector<Expr> undetermined(const Model& m, const PointValues& at) {
   return open;
 }
 
-void name_by(WayOn& way, const std::vector<Expr>& leaves, const WayCheck& check) {
+void name_by(Continuation& continuation, const std::vector<Expr>& leaves, const ContinuationCheck& check) {
   std::vector<std::string> words, keys;
-  way.differs.clear();
+  continuation.differs.clear();
   for (Expr leaf : leaves) {
-    const auto value = way.values.find(leaf);
-    if (value == way.values.end()) continue;
+    const auto value = continuation.values.find(leaf);
+    if (value == continuation.values.end()) continue;
     const bool zero = std::fabs(value->second) <= same_derivative * check.unit_of(leaf);
     const std::string digits = rounded(zero ? 0 : value->second, 3);
     words.push_back(text(to_text(leaf), " = ", digits));
     keys.push_back(text(key_text(leaf), " = ", digits));
-    way.differs.push_back(leaf);
+    continuation.differs.push_back(leaf);
   }
-  way.text = join(words, ", ");
-  way.choice = text("{ ", join(keys, ", "), " }");
+  continuation.text = join(words, ", ");
+  continuation.choice = text("{ ", join(keys, ", "), " }");
 }
 
-std::optional<WayOn> arrived_way(const Model& m, const PointValues& at, const WayExpansion& arrived) {
-  WayOn way{"", at, {}, ""};
-  for (const auto& [leaf, value] : arrived.at(at.at(time_symbol()))) way.values[leaf] = value;
+std::optional<Continuation> arrived_continuation(const Model& m, const PointValues& at,
+                                                 const ContinuationExpansion& arrived) {
+  Continuation continuation{"", at, {}, ""};
+  for (const auto& [leaf, value] : arrived.at(at.at(time_symbol()))) continuation.values[leaf] = value;
   const auto arrays = numeric_arrays(m);
-  const WayCheck check(m, arrays->of_order(1));
-  name_by(way, undetermined(m, at), check);
-  if (way.text.empty() || !check.goes_on(way, arrived)) return {};
-  return way;
+  const ContinuationCheck check(m, arrays->of_order(1));
+  name_by(continuation, undetermined(m, at), check);
+  if (continuation.text.empty() || !check.exists_along(continuation, arrived)) return {};
+  return continuation;
 }
 
 }  // namespace pendula::dae
