@@ -82,12 +82,12 @@ void refuse_division(const ModelPtr& model, const std::unordered_map<Expr, doubl
 
 /// x′ and z of the smooth continuation if the differentiated equations determine them for these states: t x′
 /// = -x + 2 t differentiated gives x′ = 1 at t = 0.
-struct Continuation {
+struct SmoothContinuation {
   std::string text;      ///< "x′ = 1"; empty if there is none
   bool is_here = false;  ///< the start has these values
 };
 
-Continuation smooth_continuation(const StartSystem& s, const Vec& w) {
+SmoothContinuation smooth_continuation(const StartSystem& s, const Vec& w) {
   constexpr int most = 3;
   if (s.low->variables.size() > continued || !s.low->invariants.empty()) return {};
   const std::vector<Expr> asked = unknowns_of_step(*s.low), states = s.low->states();
@@ -117,7 +117,7 @@ Continuation smooth_continuation(const StartSystem& s, const Vec& w) {
               rest = rank_with_gap(J.rightCols(J.cols() - held - count)).rank;
     if (both != rest + count) continue;
     std::vector<std::string> words;
-    Continuation found{"", true};
+    SmoothContinuation found{"", true};
     for (std::size_t j = 0; j < asked.size(); ++j) {
       const Index at = held + static_cast<Index>(j);
       const double value = solution->w[at], noise = 1e-12 * s.unit[at];
@@ -209,7 +209,7 @@ void require_regular_point(const ModelPtr& model, const StartSystem& s, const Ve
   for (Index j = 0; j < N.rows(); ++j)
     if (N.row(j).norm() > 1e-6) open.push_back(unknowns[j]);
   const std::string where = vanishing(model, s.point(w));
-  const Continuation smooth = smooth_continuation(s, w);
+  const SmoothContinuation smooth = smooth_continuation(s, w);
   if (smooth.text.empty() && !is_determined) return;  // open unknowns are the better explanation
   if (smooth.text.empty() && !stays_singular(model, s.point(w))) return;
   if (smooth.is_here) return;
