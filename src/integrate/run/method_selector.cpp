@@ -226,7 +226,7 @@ bool MethodSelector::try_where_steps_cost_more() {
   constexpr double more = 1.5;  // than usual: a trial is 7 % of the steps before and behind it
   constexpr long enough = 100;  // steps
   const long steps = state_.stats().steps - past_.begin;
-  if (state_.problem->is_ode() || rival_.family || steps < trial_.costly || past_.per_time > 0) return false;
+  if (state_.problem->is_ode() || costs_.family || steps < trial_.costly || past_.per_time > 0) return false;
   trial_.costly = 2 * steps;
   const double elapsed = state_.stepper().here().t - trial_.t, dt = elapsed / static_cast<double>(steps);
   const double taken = work() - work_of(trial_.begun);
