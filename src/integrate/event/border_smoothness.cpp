@@ -137,13 +137,17 @@ std::vector<BorderSmoothness::Solvable> BorderSmoothness::solvable_leaves(Expr w
   return result;
 }
 
-bool BorderSmoothness::is_positive_around(Expr when, const std::vector<Mode>& own, Expr function) const {
+std::vector<char> BorderSmoothness::are_positive_around(Expr when, const std::vector<Mode>& own,
+                                                        const std::vector<Expr>& functions) const {
   constexpr double share = 0.1;  // of the leaf that is moved; of 1 where that is 0
-  const std::vector<Expr> inside = leaves(std::vector{function, when});
+  std::vector<char> result(functions.size(), 0);
+  std::vector<Expr> all = functions;
+  all.push_back(when);
+  const std::vector<Expr> inside = leaves(all);
   const std::vector<Solvable> solvable = solvable_leaves(when);
-  if (inside.size() > most_leaves || solvable.empty()) return false;
+  if (inside.size() > most_leaves || solvable.empty()) return result;
   std::mt19937 random(1);  // the same points in every run
-  int seen = 0, far = 0;
+  std::vector<int> seen(functions.size(), 0), far = seen;
   for (int k = 0; k < 2 * attempts; ++k) {
     const Solvable& in = solvable[random() % solvable.size()];
     Values values = random_values(inside, random);
@@ -154,15 +158,18 @@ bool BorderSmoothness::is_positive_around(Expr when, const std::vector<Mode>& ow
       for (const Mode& mode : own) values[modes_[mode.number]] = mode.value(side);
       const auto at = [&](double y) {
         values[in.leaf] = y;
-        return evaluate({&function, 1}, values).front();
+        return evaluate(functions, values);
       };
-      const double on = at(border);
-      if (!(on > 0)) continue;
-      ++seen;
-      far += std::max(std::fabs(at(border + away) - on), std::fabs(at(border - away) - on)) < on;
+      const std::vector<double> on = at(border), above = at(border + away), below = at(border - away);
+      for (std::size_t i = 0; i < functions.size(); ++i) {
+        if (!(on[i] > 0)) continue;
+        ++seen[i];
+        far[i] += std::max(std::fabs(above[i] - on[i]), std::fabs(below[i] - on[i])) < on[i];
+      }
     }
   }
-  return seen >= points && 2 * far > seen;
+  for (std::size_t i = 0; i < functions.size(); ++i) result[i] = seen[i] >= points && 2 * far[i] > seen[i];
+  return result;
 }
 
 Smoothness BorderSmoothness::operator()(Expr when, const std::vector<Mode>& own) const {

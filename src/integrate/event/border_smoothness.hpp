@@ -32,12 +32,13 @@ class BorderSmoothness {
   /// when: the surface function, with frozen branches; own: the modes of its border.
   Smoothness operator()(Expr when, const std::vector<Mode>& own) const;
 
-  /// Whether a function of the unknowns, with frozen branches, is positive at the border and so far from 0
-  /// that a step which passes the border finds it positive, too: at most random points of the border its
-  /// value is larger than its change where a leaf changes by a tenth, in the modes of both sides. Points at
-  /// which it is negative belong to no solution. A function that vanishes with the surface function changes
-  /// by more.
-  bool is_positive_around(Expr when, const std::vector<Mode>& own, Expr function) const;
+  /// For each of some functions of the unknowns, with frozen branches: is it positive at the border and so
+  /// far from 0 that a step which passes the border finds it positive, too? At most random points of the
+  /// border its value is then larger than its change where a leaf changes by a tenth, in the modes of both
+  /// sides. Points at which it is negative belong to no solution. A function that vanishes with the surface
+  /// function changes by more.
+  std::vector<char> are_positive_around(Expr when, const std::vector<Mode>& own,
+                                        const std::vector<Expr>& functions) const;
 
  private:
   using Values = std::unordered_map<Expr, double>;

@@ -152,10 +152,17 @@ std::optional<EventFinder::Root> EventFinder::root_between(Stepper& stepper, con
     if (wanted(i, rising)) {
       right = *touch;
       gb = below;
+      // the samples at both ends may be coarse ones, and the solution further along than they say
+      if (!a.exact && !opposite(ga = value(stepper, step, which, left), gb)) {
+        left = last_exact_.t;
+        ga = last_exact_.g[i];
+        if (!opposite(ga, gb)) return {};
+      }
     } else {  // only the return through zero is wanted
       left = *touch;
       ga = below;
       rising = !rising;
+      if (!b.exact && !opposite(ga, gb = value(stepper, step, which, right))) return {};
     }
   } else if (!wanted(i, rising)) {
     return {};

@@ -316,15 +316,22 @@ bool EventFinder::oscillates(const Sample& a, const Sample& b, int depth) {
   return false;
 }
 
+/// Verifies a sign change between coarse samples on the solution. Returns a root before the first, if the
+/// coarse sample had moved that out of its interval.
+std::optional<EventFinder::Hit> EventFinder::verify_change(Stepper& stepper, const StepView& step, Sample& a,
+                                                           Sample& b) {
+  if (!changes(a, b)) return {};
+  make_exact(stepper, step, a);
+  if (changes(last_exact_, a))
+    if (auto hit = first_hit(stepper, step, last_exact_, a)) return hit;
+  last_exact_ = a;
+  make_exact(stepper, step, b);
+  return {};
+}
+
 std::optional<EventFinder::Hit> EventFinder::scan(Stepper& stepper, const StepView& step, Sample& a,
                                                   Sample& b, int depth) {
-  if (changes(a, b)) {  // a sign change between coarse samples is verified on the solution
-    make_exact(stepper, step, a);
-    if (changes(last_exact_, a))  // the coarse sample had moved a root out of its interval
-      if (auto hit = first_hit(stepper, step, last_exact_, a)) return hit;
-    last_exact_ = a;
-    make_exact(stepper, step, b);
-  }
+  if (auto hit = verify_change(stepper, step, a, b)) return hit;
   if (oscillates(a, b, depth) || may_hide(a, b, depth)) {
     Sample middle;
     sample_coarsely(stepper, step, a.t + (b.t - a.t) / 2, middle);
@@ -332,8 +339,8 @@ std::optional<EventFinder::Hit> EventFinder::scan(Stepper& stepper, const StepVi
     return scan(stepper, step, middle, b, depth + 1);
   }
   decide_zeros(stepper, step, a, b);
-  auto hit = first_hit(stepper, step, a, b);
-  if (hit) return hit;
+  if (auto hit = verify_change(stepper, step, a, b)) return hit;
+  if (auto hit = first_hit(stepper, step, a, b)) return hit;
   settle_zeros(a, b);
   if (b.exact) last_exact_ = b;
   return {};

@@ -166,6 +166,7 @@ class EventFinder {
   bool ends_at_zero(std::size_t i, const Sample& a, const Sample& b) const;
   bool may_hide(const Sample& a, const Sample& b, int depth) const;
   bool stays_away(Stepper& stepper, const StepView& step);
+  std::optional<Hit> verify_change(Stepper& stepper, const StepView& step, Sample& a, Sample& b);
   std::optional<Hit> scan(Stepper& stepper, const StepView& step, Sample& a, Sample& b, int depth);
   bool changes(const Sample& a, const Sample& b) const;
   void make_exact(Stepper& stepper, const StepView& step, Sample& at);

@@ -1,6 +1,7 @@
 #include "integrate/event/surfaces.hpp"
 
 #include <algorithm>
+#include <cfloat>
 #include <unordered_set>
 #include <utility>
 
@@ -59,21 +60,21 @@ Expr edge_of_domain(Expr node) {
 }
 
 /// A function as it is written, and the value that it has at the edge of its domain beyond that; a constant
-/// if it has none: log x at x = 0.
+/// if it has none: log x at x = 0. Its argument stays just inside the edge, where slopes are finite.
 Expr within_domain(Expr node) {
-  const Expr a = node.operand(0);
+  const Expr a = node.operand(0), least(DBL_MIN), below_one(1 - DBL_EPSILON / 2);
   switch (node.op()) {
     case Op::sqrt:
-      return sqrt(max(a, 0));
+      return sqrt(max(a, least));
     case Op::asin:
-      return asin(min(max(a, -1), 1));
+      return asin(min(max(a, -below_one), below_one));
     case Op::acos:
-      return acos(min(max(a, -1), 1));
+      return acos(min(max(a, -below_one), below_one));
     case Op::acosh:
-      return acosh(max(a, 1));
+      return acosh(max(a, Expr(1 + DBL_EPSILON)));
     case Op::pow: {
       const Expr n = node.operand(1);
-      return n.is_constant() && constant_value(n) > 0 ? pow(max(a, 0), n) : Expr();
+      return n.is_constant() && constant_value(n) > 0 ? pow(max(a, least), n) : Expr();
     }
     default:
       return {};
@@ -166,13 +167,17 @@ PiecewiseForm::PiecewiseForm(dae::FirstOrder form, std::span<const double> value
     if (surface.modes.empty()) continue;
     const Expr when = substitute(surface.when, all);
     surface.smoothness = smoothness(when, surface.modes);
-    for (const Limited& one : limited[k]) {
-      if (smoothness.is_positive_around(when, surface.modes, edge_of_domain(substitute(one.node, all))))
-        continue;
-      surface.is_edge = true;
+    if (limited[k].empty()) continue;
+    std::vector<Expr> edges;
+    for (const Limited& one : limited[k]) edges.push_back(edge_of_domain(substitute(one.node, all)));
+    const std::vector<char> clear = smoothness.are_positive_around(when, surface.modes, edges);
+    for (std::size_t i = 0; i < clear.size(); ++i) {
+      const Limited& one = limited[k][i];
+      surface.is_edge = surface.is_edge || !clear[i];
+      // a solution may also meet the edge at one point of the border only
       if (surface.smoothness == Smoothness::open && !within_domain(one.node).is_constant())
         limited_.push_back(one);
-      else
+      else if (!clear[i])
         freeze[k] = 0;
     }
   }
@@ -335,25 +340,28 @@ SlidingForm PiecewiseForm::form(const std::vector<Treatment>& treatment,
 std::vector<std::vector<PiecewiseForm::Limited>> PiecewiseForm::limited_functions(
     const std::vector<Expr>& nodes, const Substitution& all) const {
   std::vector<std::vector<Limited>> result(surfaces_.size());
-  std::unordered_map<Expr, std::size_t> surface_of_mode, place;
+  std::unordered_map<Expr, std::size_t> place;  // of the functions
+  for (std::size_t k = 0; k < nodes.size(); ++k)
+    if (!edge_of_domain(nodes[k]).is_constant() && !edge_of_domain(substitute(nodes[k], all)).is_constant())
+      place.emplace(nodes[k], k);
+  if (place.empty()) return result;
+  std::unordered_map<Expr, std::size_t> surface_of_mode;
   for (std::size_t k = 0; k < surfaces_.size(); ++k)
     for (const Mode& mode : surfaces_[k].modes) surface_of_mode[modes_[mode.number]] = k;
-  for (Expr node : nodes) place.emplace(node, place.size());
   const auto add = [&](Expr e, const std::vector<Expr>& functions) {
+    if (functions.empty()) return;
     const Expr with_modes = substitute(e, all);
     for (Expr leaf : leaves({&with_modes, 1}))
       if (const auto at = surface_of_mode.find(leaf); at != surface_of_mode.end())
         for (Expr function : functions)
           result[at->second].push_back({function, at->second, place.at(function)});
   };
-  const auto limited_in = [&](const std::vector<Expr>& list) {
-    std::vector<Expr> found;
-    for (Expr node : list)
-      if (!edge_of_domain(substitute(node, all)).is_constant()) found.push_back(node);
-    return found;
+  const auto limited_in = [&](std::vector<Expr> list) {
+    list.erase(std::remove_if(list.begin(), list.end(), [&](Expr e) { return !place.count(e); }), list.end());
+    return list;
   };
   for (Expr node : nodes) {
-    if (const std::vector<Expr> own = limited_in({node}); !own.empty()) add(node, own);
+    add(node, limited_in({node}));
     const bool chooses = node.op() == Op::ifelse || node.op() == Op::min || node.op() == Op::max;
     if (!chooses) continue;
     const int first = node.op() == Op::ifelse ? 1 : 0;

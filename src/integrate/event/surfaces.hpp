@@ -88,10 +88,9 @@ class PiecewiseForm {
     std::size_t surface;
     Mode::Kind kind;
     bool reversed;
-    int mode = -1;    ///< -1: never frozen
-    int settled = 0;  ///< not 0: the sign that what it compares always has; it has no surface
-    std::optional<Expr>
-        combined;  ///< in its place where one slides that is never frozen, or an edge of a domain
+    int mode = -1;                 ///< -1: never frozen
+    int settled = 0;               ///< not 0: the sign that what it compares always has; it has no surface
+    std::optional<Expr> combined;  ///< in its place where the border slides (never frozen, or an edge)
   };
   /// A function that leaves its domain behind a border if the branches of that are held fixed.
   struct Limited {

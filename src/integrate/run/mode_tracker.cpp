@@ -35,8 +35,7 @@ void ModeTracker::begin(const Point& point, const Crossings& crossed) {
   if (point.t >= state_.end) state_.set_step_end(point.t);
   begun_ = crossed;
   begun_at_ = point.t;
-  const double first = on_edge_of_domain(point, crossed) ? step_beside_root(point) : 0;
-  if (first > 0) state_.stepper().suggest(first);
+  const bool on_edge = on_edge_of_domain(point, crossed);
   if (state_.plan.modes == 0 && weights_.empty()) {
     state_.stepper().start(point, state_.end);
     state_.finder.start(state_.stepper().here(), crossed);
@@ -44,7 +43,7 @@ void ModeTracker::begin(const Point& point, const Crossings& crossed) {
     begin_in_some_mode(point, crossed);
     for (Border& border : borders_) border.released = 0;
   }
-  if (first > 0) state_.stepper().suggest(0);
+  if (on_edge) begin_with_short_step();
   if (!uniqueness_.empty() && state_.solution->not_unique().empty())
     state_.solution->set_not_unique(
         uniqueness_.at(derivative(), state_.stepper().here(), state_.plan.tolerances));

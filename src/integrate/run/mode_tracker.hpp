@@ -96,6 +96,7 @@ class ModeTracker {
   RhsSolver& derivative();
   bool on_edge_of_domain(const Point& point, const Crossings& crossed);
   double step_beside_root(const Point& point);
+  void begin_with_short_step();
   double slope_ahead(int which, const Point& point, double share);
   double side_ahead(int which, const Point& point);
   bool leads_to(int which, const Point& point, int other, int side);

@@ -9,11 +9,14 @@
 
 namespace pendula::integrate {
 
-/// Where the domain of a function ends, or on a border that has no branch.
+/// Where the domain of a function ends, on a border that has no branch, or where sliding along either ends.
 bool ModeTracker::on_edge_of_domain(const Point& point, const Crossings& crossed) {
-  const auto is_one = [](const Event& e) {
-    return e.surface && (e.modes.empty() || e.is_edge) && e.leaves < 0;
+  const auto is_one = [](const Event& e) { return e.surface && (e.modes.empty() || e.is_edge); };
+  const auto is_exit = [&](const EventFinder::Crossing& crossing) {
+    const int left = events()[crossing.which].leaves;
+    return left >= 0 && is_one(events()[left]);
   };
+  if (std::any_of(crossed.begin(), crossed.end(), is_exit)) return true;
   if (std::none_of(events().begin(), events().end(), is_one)) return false;
   state_.finder.start(point, crossed);
   for (std::size_t i = 0; i < borders_.size(); ++i)
@@ -22,7 +25,8 @@ bool ModeTracker::on_edge_of_domain(const Point& point, const Crossings& crossed
 }
 
 /// Step size after √|g| = 0, where error estimates have no order and those of high order miss the root. In
-/// such a step x′ changes x by a tolerance only; 0 if no limit is needed.
+/// such a step x′ changes x by a tolerance only; 0 if no limit is needed. The second look follows the bend
+/// of the solution: g′ = 0 where sliding ends.
 double ModeTracker::step_beside_root(const Point& point) {
   constexpr double longest = 1e-2;  // of the interval
   constexpr int decades = 12;
@@ -37,13 +41,30 @@ double ModeTracker::step_beside_root(const Point& point) {
     ahead.t += dt;
     ahead.x += dt * here.xdot;
     if (!solve(ahead)) continue;
+    Point bent = ahead;
+    bent.x = here.x + dt * ahead.xdot;
+    if (!solve(bent)) continue;
     double change = 0;
     for (Eigen::Index i = 0; i < here.x.size(); ++i)
-      change = std::max(change, dt * std::fabs(ahead.xdot[i] - here.xdot[i]) /
-                                    (tolerances.atol[i] + tolerances.rtol[i] * std::fabs(here.x[i])));
+      change = std::max(
+          change,
+          dt * std::max(std::fabs(ahead.xdot[i] - here.xdot[i]), std::fabs(bent.xdot[i] - here.xdot[i])) /
+              (tolerances.atol[i] + tolerances.rtol[i] * std::fabs(here.x[i])));
     if (change <= 1) return k == 0 ? 0 : dt;
   }
   return dt;
+}
+
+/// The run has begun on the edge of a domain: begins again with a step that is short enough there, in the
+/// modes with which it goes on.
+void ModeTracker::begin_with_short_step() {
+  Stepper& stepper = state_.stepper();
+  const Point here = stepper.here();
+  const double first = step_beside_root(here);
+  if (first == 0) return;
+  stepper.suggest(first);
+  stepper.start(here, state_.end);
+  stepper.suggest(0);
 }
 
 /// On its border a branch may have no value, sin(s)/s at s = 0, or no slope, where several borders meet.

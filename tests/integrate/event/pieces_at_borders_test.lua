@@ -18,6 +18,7 @@ local function crossed(name, f, x, y, up, down)
 end
 
 local x, y = vars "x y"
+local r = param "r"
 -- Si(2) = 1.6054129768026948 (Abramowitz & Stegun, table 5.1)
 crossed("sin(s)/s behind s = 0", ifelse(gt(x, 1), sin(x - 1)/(x - 1), 1), x, y,
   2 + 1.6054129768026948, 1.6054129768026948 + 2)
@@ -30,6 +31,29 @@ crossed("a jump beside √(9 - (x - 1)²)", ifelse(lt(x, 1), 1, 2 + sqrt(9 - (x 
   2 + 4 + math.sqrt(5) + 4.5*math.asin(2/3), 2 + 4 + math.sqrt(5) + 4.5*math.asin(2/3))
 crossed("a jump beside √(x - 1)", ifelse(lt(x, 1), 1, 2 + sqrt(x - 1)), x, y,
   2 + 4 + 2/3*2^1.5, 2 + 4 + 2/3*2^1.5)
+
+crossed("arccos between its ends", ifelse(lt(abs(x - 1), 1), acos(x - 1), 0), x, y, math.pi, math.pi)
+
+test("a root that vanishes with the border on one solution only", function()
+  local s, w = vars "s w"
+  local sys = dae { der(s) ~ r, der(w) ~ r, der(y) ~ ifelse(lt(s, 0), 1, 2 + sqrt(w)) }
+  for _, way in ipairs { 1, -1 } do
+    for _, method in ipairs(methods) do
+      local sol = sys:integrate { params = { [r] = way }, start = { [s] = -way, [w] = -way, [y] = 0 }, to = 2,
+        rtol = 1e-7, atol = 1e-9, method = method }
+      expect(sol.status):equals "finished"
+      expect(sol(y, 2)):near(1 + 2 + 2/3, 2e-5)
+    end
+  end
+end)
+
+test("a piece that is not defined behind its border ends the run there", function()
+  local sys = dae { der(x) ~ 1, der(y) ~ ifelse(lt(x, 0), 1, sqrt(x - 1)) }
+  for _, method in ipairs(methods) do
+    local sol = sys:integrate { start = { [x] = -1, [y] = 0 }, to = 3, method = method }
+    expect(sol.status):matches "stopped at t = 1: .*not defined"
+  end
+end)
 
 --- Water tube system, index 2, 49 unknowns, 18 pipes that are laminar below a Reynolds number of 2300 and
 --- turbulent above, where friction jumps: Mazzia & Magherini, Test Set for Initial Value Problem Solvers.

@@ -1,0 +1,59 @@
+--- Borders that a solution passes by little: oscillations of two frequencies, of which a peak reaches 10⁻¹ to
+--- 10⁻³ above the border. A step of high order may be as long as the whole excursion, and y, which falls
+--- above the border and rises below, shows where it was found.
+local x, v, w, u, y = vars "x v w u y"
+
+--- The signal sin t + b sin(k t + phase), its highest value up to the time `to`, and how long it lies above a
+--- border up to then, by sampling and bisection.
+local function highest(signal, to)
+  local n, top = 40000, -math.huge
+  for i = 0, n do top = math.max(top, signal(to*i/n)) end
+  return top
+end
+
+local function time_above(signal, border, to)
+  local n, above, before = 40000, 0, 0
+  local function root(a, b)
+    local rising = signal(a) < border
+    for _ = 1, 60 do
+      local middle = (a + b)/2
+      if (signal(middle) < border) == rising then a = middle else b = middle end
+    end
+    return (a + b)/2
+  end
+  for i = 1, n do
+    local now = to*i/n
+    local was, is = signal(before) >= border, signal(now) >= border
+    if was and is then above = above + now - before end
+    if was ~= is then
+      local at = root(before, now)
+      above = above + (is and now - at or at - before)
+    end
+    before = now
+  end
+  return above
+end
+
+test("peaks that hardly pass a border are found, and where they pass it", function()
+  math.randomseed(20261130)
+  local to, wrong = 12, {}
+  for seed = 1, 40 do
+    local b, k, phase = 0.2 + 0.8*math.random(), 1.5 + 3*math.random(), 6.28*math.random()
+    local function signal(time) return math.sin(time) + b*math.sin(k*time + phase) end
+    local border = highest(signal, to) - 10^(-1 - 2*math.random())
+    local exact = to - 2*time_above(signal, border, to)
+    local beats = dae { der(x) ~ v, der(v) ~ -x, der(w) ~ u, der(u) ~ -k^2*w,
+      der(y) ~ ifelse(lt(x + b*w, border), 1, -1) }
+    local start = { [x] = 0, [v] = 1, [w] = math.sin(phase), [u] = k*math.cos(phase), [y] = 0 }
+    for _, method in ipairs { "verner87", "dop853", "verner98" } do
+      for _, rtol in ipairs { 1e-3, 1e-5, 1e-7 } do
+        local sol = beats:integrate { start = start, to = to, method = method, rtol = rtol }
+        local off = math.abs(sol:final(y) - exact)
+        if not (off <= 0.02 + 200*rtol) then
+          wrong[#wrong + 1] = string.format("seed %d, %s, rtol %g: %.3g", seed, method, rtol, off)
+        end
+      end
+    end
+  end
+  expect(table.concat(wrong, "\n")):equals ""
+end)
