@@ -47,7 +47,10 @@ refused("baumgarte with a gain that amplifies", function()
 end, "must be positive: otherwise the violation of a constraint does not decay")
 refused("a start of a symbol that is not there", function()
   return dae { der(x) ~ -x }:init { fix = { [y] = 1 } } end,
-  "'y' is not an unknown of this model")
+  "fix: 'y' is not an unknown of this model")
+refused("a guess of a symbol that is not there", function()
+  return dae { der(x) ~ -x }:init { fix = { [x] = 1 }, guess = { [param "zz"] = 1 } } end,
+  "guess: 'zz' is not an unknown of this model")
 
 refused("an equation too few", function() return dae { der(x) ~ y, der(y) ~ z + x }:index() end,
   "the model has 2 equations for 3 unknowns\n  under-determined: 2 equations (1), (2) for 3 unknowns x, y, z\n"

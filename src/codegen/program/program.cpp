@@ -9,11 +9,11 @@
 #include <unordered_map>
 
 #include "base/error.hpp"
-#include "codegen/program/bounded.hpp"
 #include "codegen/program/checked.hpp"
 #include "codegen/program/symmetric.hpp"
 #include "expr/graph/node_map.hpp"
 #include "expr/graph/solve.hpp"
+#include "expr/rewrite/scaled_exponentials.hpp"
 
 namespace pendula::codegen {
 namespace {
@@ -286,11 +286,11 @@ class Lowering {
 }  // namespace
 
 Program lower(std::span<const Expr> outputs, std::span<const Expr> inputs) {
-  return std::move(Lowering(bounded_quotients(outputs), inputs, false).program);
+  return std::move(Lowering(with_scaled_exponentials(outputs), inputs, false).program);
 }
 
 Program lower_checked(std::span<const Expr> outputs, std::span<const Expr> inputs) {
-  return std::move(Lowering(bounded_quotients(outputs), inputs, true).program);
+  return std::move(Lowering(with_scaled_exponentials(outputs), inputs, true).program);
 }
 
 }  // namespace pendula::codegen

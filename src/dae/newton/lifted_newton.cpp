@@ -7,6 +7,7 @@
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "dae/newton/least_step.hpp"
+#include "expr/rewrite/scaled_exponentials.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -64,8 +65,8 @@ void LiftedNewton::compile(std::vector<Expr> rows, std::vector<Expr> leaves, std
   jacobian_ = sparse_jacobian(rows, {leaves.data(), unknowns});
   std::vector<Expr> slopes;
   for (const Entry& entry : jacobian_) slopes.push_back(entry.value);
-  values_.emplace(rows, leaves);
-  slopes_.emplace(slopes, leaves);
+  values_.emplace(with_scaled_exponentials(rows), leaves);
+  slopes_.emplace(with_scaled_exponentials(slopes), leaves);
 }
 
 /// Exponents at w, but at most 0: where an exponential starts above 1, Newton's iteration is slow.

@@ -13,6 +13,7 @@
 #include "dae/rank/stable_values.hpp"
 #include "dae/reduce/reduce.hpp"
 #include "expr/print/print.hpp"
+#include "expr/rewrite/scaled_exponentials.hpp"
 
 namespace pendula::dae {
 
@@ -164,8 +165,8 @@ class Builder {
     std::vector<Expr> leaves = made_->unknowns, slopes;
     leaves.insert(leaves.end(), made_->given.begin(), made_->given.end());
     for (const Entry& entry : made_->jacobian) slopes.push_back(entry.value);
-    made_->values.emplace(made_->rows, leaves);
-    made_->slopes.emplace(slopes, leaves);
+    made_->values.emplace(with_scaled_exponentials(made_->rows), leaves);
+    made_->slopes.emplace(with_scaled_exponentials(slopes), leaves);
     std::vector<Eigen::Triplet<double>> entries;
     for (const Entry& entry : made_->jacobian) entries.emplace_back(entry.row, entry.column, 0);
     auto& J = made_->pattern;
@@ -322,7 +323,7 @@ Mat StartSystem::top_jacobian(const Vec& w) const {
     std::vector<Expr> slopes, leaves = unknowns;
     for (const Entry& entry : e.top) slopes.push_back(substitute(entry.value, e.inputs));
     leaves.insert(leaves.end(), e.given.begin(), e.given.end());
-    e.top_slopes.emplace(slopes, leaves);
+    e.top_slopes.emplace(with_scaled_exponentials(slopes), leaves);
   }
   const auto [value, noise] = evaluate_stable(*e.top_slopes, w, given_, unit);
   const auto first_row = static_cast<Index>(low->invariants.size()),

@@ -1,6 +1,7 @@
 // Start values, guesses and starts from Lua, and starts of other models.
 #include <algorithm>
 #include <cmath>
+#include <unordered_set>
 
 #include "base/lru_cache.hpp"
 #include "base/text.hpp"
@@ -54,12 +55,33 @@ static void refuse_expressions(lua_State* L, int table, const std::string& what)
   }
 }
 
+/// Rejects symbols that are no unknowns, or derivatives of one, of the model or of one it was made from.
+static void refuse_foreign(const dae::LeafValues& given, const std::string& what,
+                           const std::vector<Expr>& known) {
+  const auto unknown_of = [](Expr leaf) {
+    const Symbol& s = symbol_of(leaf);
+    return s.order > 0 ? s.base : leaf;
+  };
+  std::unordered_set<Expr> unknowns;
+  for (Expr leaf : known) unknowns.insert(unknown_of(leaf));
+  for (const auto& [leaf, value] : given) {
+    if (unknowns.count(unknown_of(leaf))) continue;
+    std::vector<std::string> names;
+    for (Expr e : known) names.push_back(symbol_of(e).name);
+    throw Error(text(what, ": '", to_text(leaf), "' is not an unknown of this model.",
+                     did_you_mean(symbol_of(leaf).name, names)));
+  }
+}
+
 dae::LeafValues read_leaf_values(lua_State* L, int index, const std::string& what, const dae::Model& model) {
   if (lua_istable(L, index)) {
     refuse_expressions(L, index, what);
     refuse_known(L, index, what, model);
   }
-  return to_symbol_numbers(L, index, what, known_leaves(model));
+  const std::vector<Expr> known = known_leaves(model);
+  dae::LeafValues given = to_symbol_numbers(L, index, what, known);
+  refuse_foreign(given, what, known);
+  return given;
 }
 
 std::vector<Expr> known_leaves(const dae::Model& model) {
