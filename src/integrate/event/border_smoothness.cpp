@@ -4,11 +4,13 @@
 #include <cmath>
 #include <utility>
 
+#include "integrate/event/border_difference.hpp"
+
 namespace pendula::integrate {
 namespace {
 
 constexpr int points = 4;      // on the border; an accidental zero at all of them has probability 0
-constexpr int attempts = 12;   // to find them; some lie outside the domain of a root
+constexpr int attempts = 24;   // to find them; some lie outside the domain of a root
 constexpr double aside = 0.1;  // distance of comparison points from the border; leaves are of size 1
 /// Threshold for a difference on the border relative to its value at distance `aside`. On a border located to
 /// 10⁻¹⁶ the ratio is 10⁻¹⁵ for a difference linear in the distance, 10⁻⁸ for a root and 1 for a jump.
@@ -24,54 +26,75 @@ double largest(const std::vector<double>& values, std::size_t first, std::size_t
   return size;
 }
 
-/// a - b without common terms: added to v′ of size 1, a jump of 10⁻¹⁸ would be lost to rounding.
-Expr without_common_terms(Expr a, Expr b) {
-  std::unordered_map<Expr, int> count;
-  std::vector<Expr> order;
-  std::vector<std::pair<Expr, int>> open{{a, 1}, {b, -1}};
-  while (!open.empty()) {
-    const auto [e, sign] = open.back();
-    open.pop_back();
-    const Op op = e.op();
-    if (op == Op::neg) open.emplace_back(e.operand(0), -sign);
-    if (op == Op::add || op == Op::sub) {
-      open.emplace_back(e.operand(1), op == Op::add ? sign : -sign);
-      open.emplace_back(e.operand(0), sign);
-    } else if (op != Op::neg && (count[e] += sign) == sign) {
-      order.push_back(e);
-    }
-  }
-  Expr sum;
-  for (Expr term : order)
-    if (const int n = std::exchange(count[term], 0); n != 0) sum += Expr(n) * term;
-  return sum;
-}
-
 }  // namespace
 
 /// The difference of the residuals between the two sides of a border.
 struct BorderSmoothness::Difference {
-  std::vector<Expr> outputs;        ///< D of each row, then ∂D/∂y for its leaves
-  std::vector<std::size_t> starts;  ///< of the slopes of each row, and the end
-  std::size_t rows = 0;
+  std::vector<Expr> outputs;        ///< D in parts, then ∂D/∂y of each part for its leaves
+  std::vector<std::size_t> starts;  ///< of the slopes of each part, and the end
+  std::size_t parts = 0;
 };
 
 BorderSmoothness::BorderSmoothness(std::vector<Expr> equations, const std::vector<Expr>& modes,
-                                   const std::vector<Surface>& surfaces, const std::vector<Expr>& parameters,
-                                   std::span<const double> values)
-    : equations_(std::move(equations)), modes_(modes) {
+                                   const std::vector<Surface>& surfaces, std::vector<Expr> whens,
+                                   const std::vector<Expr>& parameters, std::span<const double> values)
+    : equations_(std::move(equations)), modes_(modes), surfaces_(surfaces), whens_(std::move(whens)) {
   for (const Surface& surface : surfaces)
     for (const Mode& mode : surface.modes) kind_[modes[mode.number]] = mode.kind;
   for (std::size_t i = 0; i < equations_.size(); ++i)
     for (Expr leaf : leaves({&equations_[i], 1}))
       if (kind_.count(leaf)) rows_of_[leaf].push_back(i);
   for (std::size_t j = 0; j < parameters.size() && j < values.size(); ++j) known_[parameters[j]] = values[j];
+  for (Expr when : whens_) {
+    std::vector<Expr> inside;
+    for (Expr leaf : leaves({&when, 1}))
+      if (!known_.count(leaf) && symbol_of(leaf).kind != Kind::constant) inside.push_back(leaf);
+    std::sort(inside.begin(), inside.end(), [](Expr a, Expr b) { return a.id() < b.id(); });
+    leaves_of_.push_back(std::move(inside));
+  }
 }
 
-BorderSmoothness::Difference BorderSmoothness::difference(const std::vector<Mode>& own) const {
-  Substitution above, below;
+/// The modes of other borders that stay on one side all along this one, as x = 3 does along x = 2.
+Substitution BorderSmoothness::settled_modes(std::size_t border) const {
+  constexpr std::size_t enough = 3;  // points that agree
+  constexpr double same = 1e-9;
+  std::vector<std::size_t> others;
+  std::vector<Expr> functions;
+  const auto& own = leaves_of_[border];
+  const auto by_id = [](Expr a, Expr b) { return a.id() < b.id(); };
+  for (std::size_t k = 0; k < surfaces_.size(); ++k)
+    if (k != border && !surfaces_[k].modes.empty() && !leaves_of_[k].empty() &&
+        std::includes(own.begin(), own.end(), leaves_of_[k].begin(), leaves_of_[k].end(), by_id)) {
+      others.push_back(k);
+      functions.push_back(whens_[k]);
+    }
+  const std::vector<Solvable> solvable = solvable_leaves(whens_[border]);
+  Substitution settled;
+  if (others.empty() || solvable.empty()) return settled;
+  std::mt19937 random(1);
+  std::vector<std::vector<double>> seen;
+  for (int k = 0; k < attempts && seen.size() < enough; ++k) {
+    const Solvable& in = solvable[random() % solvable.size()];
+    Values values = random_values(own, random);
+    if (move_onto_border(whens_[border], in, values)) seen.push_back(evaluate(functions, values));
+  }
+  if (seen.size() < enough) return settled;
+  for (std::size_t i = 0; i < others.size(); ++i) {
+    const double first = seen[0][i];
+    if (!std::isfinite(first) || first == 0 || std::any_of(seen.begin(), seen.end(), [&](const auto& values) {
+          return !(std::fabs(values[i] - first) <= same * std::fabs(first));
+        }))
+      continue;
+    for (const Mode& mode : surfaces_[others[i]].modes)
+      settled[modes_[mode.number]] = Expr(mode.value(first > 0 ? 1 : -1));
+  }
+  return settled;
+}
+
+BorderSmoothness::Difference BorderSmoothness::difference(std::size_t border) const {
+  Substitution above = settled_modes(border), below = above;
   std::vector<std::size_t> rows;
-  for (const Mode& mode : own) {
+  for (const Mode& mode : surfaces_[border].modes) {
     const Expr leaf = modes_[mode.number];
     above[leaf] = Expr(mode.value(1));
     below[leaf] = Expr(mode.value(-1));
@@ -81,18 +104,19 @@ BorderSmoothness::Difference BorderSmoothness::difference(const std::vector<Mode
   std::sort(rows.begin(), rows.end());
   rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
   Difference result;
-  result.rows = rows.size();
+  for (std::size_t row : rows)
+    for (Expr D : differences(substitute(equations_[row], above), substitute(equations_[row], below)))
+      result.outputs.push_back(D);
+  result.parts = result.outputs.size();
   std::vector<Expr> slopes;
-  for (std::size_t row : rows) {
-    const Expr D =
-        without_common_terms(substitute(equations_[row], above), substitute(equations_[row], below));
+  for (std::size_t part = 0; part < result.parts; ++part) {
+    const Expr D = result.outputs[part];
     std::vector<Expr> inside;
     for (Expr leaf : leaves({&D, 1}))
       if (!known_.count(leaf) && !kind_.count(leaf) && symbol_of(leaf).kind != Kind::constant)
         inside.push_back(leaf);
     const std::vector<Expr> gradient_of_D = gradient(D, inside);
-    result.outputs.push_back(D);
-    result.starts.push_back(rows.size() + slopes.size());
+    result.starts.push_back(result.parts + slopes.size());
     slopes.insert(slopes.end(), gradient_of_D.begin(), gradient_of_D.end());
   }
   result.outputs.insert(result.outputs.end(), slopes.begin(), slopes.end());
@@ -137,9 +161,11 @@ std::vector<BorderSmoothness::Solvable> BorderSmoothness::solvable_leaves(Expr w
   return result;
 }
 
-std::vector<char> BorderSmoothness::are_positive_around(Expr when, const std::vector<Mode>& own,
+std::vector<char> BorderSmoothness::are_positive_around(std::size_t border_number,
                                                         const std::vector<Expr>& functions) const {
   constexpr double share = 0.1;  // of the leaf that is moved; of 1 where that is 0
+  const Expr when = whens_[border_number];
+  const std::vector<Mode>& own = surfaces_[border_number].modes;
   std::vector<char> result(functions.size(), 0);
   std::vector<Expr> all = functions;
   all.push_back(when);
@@ -148,7 +174,7 @@ std::vector<char> BorderSmoothness::are_positive_around(Expr when, const std::ve
   if (inside.size() > most_leaves || solvable.empty()) return result;
   std::mt19937 random(1);  // the same points in every run
   std::vector<int> seen(functions.size(), 0), far = seen;
-  for (int k = 0; k < 2 * attempts; ++k) {
+  for (int k = 0; k < attempts; ++k) {
     const Solvable& in = solvable[random() % solvable.size()];
     Values values = random_values(inside, random);
     if (!move_onto_border(when, in, values)) continue;
@@ -172,8 +198,9 @@ std::vector<char> BorderSmoothness::are_positive_around(Expr when, const std::ve
   return result;
 }
 
-Smoothness BorderSmoothness::operator()(Expr when, const std::vector<Mode>& own) const {
-  const Difference difference_of = difference(own);
+Smoothness BorderSmoothness::operator()(std::size_t border) const {
+  const Expr when = whens_[border];
+  const Difference difference_of = difference(border);
   std::vector<Expr> all = difference_of.outputs;
   all.push_back(when);
   const std::vector<Expr> inside = leaves(all);
@@ -182,9 +209,12 @@ Smoothness BorderSmoothness::operator()(Expr when, const std::vector<Mode>& own)
   if (solvable.empty()) return Smoothness::open;
   std::mt19937 random(1);  // fixed seed: the same points in every run
   Smoothness result = Smoothness::smooth;
-  int seen = 0;
+  std::vector<int> seen(difference_of.parts, 0);
+  const auto enough = [&] {
+    return std::all_of(seen.begin(), seen.end(), [](int n) { return n >= points; });
+  };
   Values before;
-  for (int k = 0; k < attempts && seen < points; ++k) {
+  for (int k = 0; k < attempts && !enough(); ++k) {
     const Solvable& in = solvable[random() % solvable.size()];
     Values values = random_values(inside, random);
     if (k % 2 == 1)  // alternate the sides of other branches: a nested branch acts on one of them only
@@ -193,26 +223,26 @@ Smoothness BorderSmoothness::operator()(Expr when, const std::vector<Mode>& own)
           at->second = (kind == Mode::Kind::sign ? 0 : 1) - before.at(mode);
     before = values;
     if (!move_onto_border(when, in, values)) continue;
-    const double border = values[in.leaf];
+    const double place = values[in.leaf];
     const std::vector<double> on = evaluate(difference_of.outputs, values);
-    values[in.leaf] = border + aside;
+    values[in.leaf] = place + aside;
     const std::vector<double> above = evaluate(difference_of.outputs, values);
-    values[in.leaf] = border - aside;
+    values[in.leaf] = place - aside;
     const std::vector<double> below = evaluate(difference_of.outputs, values);
-    if (!std::isfinite(largest(on, 0, difference_of.rows))) continue;
-    ++seen;
     const auto vanishes = [&](std::size_t first, std::size_t last) {
       double beside = 0;
       for (double size : {largest(above, first, last), largest(below, first, last)})
         if (std::isfinite(size)) beside = std::max(beside, size);
       return largest(on, first, last) <= zero * beside;
     };
-    for (std::size_t row = 0; row < difference_of.rows; ++row) {
-      if (!vanishes(row, row + 1)) return Smoothness::open;
-      if (!vanishes(difference_of.starts[row], difference_of.starts[row + 1])) result = Smoothness::kink;
+    for (std::size_t part = 0; part < difference_of.parts; ++part) {
+      if (!std::isfinite(on[part])) continue;  // outside the domain of the branch
+      ++seen[part];
+      if (!vanishes(part, part + 1)) return Smoothness::open;
+      if (!vanishes(difference_of.starts[part], difference_of.starts[part + 1])) result = Smoothness::kink;
     }
   }
-  return seen == points ? result : Smoothness::open;
+  return enough() ? result : Smoothness::open;
 }
 
 }  // namespace pendula::integrate

@@ -159,18 +159,20 @@ PiecewiseForm::PiecewiseForm(dae::FirstOrder form, std::span<const double> value
   if (surfaces_.empty()) return;
   number_modes(std::vector<char>(surfaces_.size(), 1));
   const Substitution all = frozen(std::vector<Treatment>(surfaces_.size(), Treatment::frozen));
-  const BorderSmoothness smoothness(substitute(form_.F, all), modes_, surfaces_, form_.p, values);
+  std::vector<Expr> whens;
+  for (const Surface& surface : surfaces_) whens.push_back(surface.when);
+  const BorderSmoothness smoothness(substitute(form_.F, all), modes_, surfaces_, substitute(whens, all),
+                                    form_.p, values);
   const std::vector<std::vector<Limited>> limited = limited_functions(nodes, all);
   std::vector<char> freeze(surfaces_.size(), 1);
   for (std::size_t k = 0; k < surfaces_.size(); ++k) {
     Surface& surface = surfaces_[k];
     if (surface.modes.empty()) continue;
-    const Expr when = substitute(surface.when, all);
-    surface.smoothness = smoothness(when, surface.modes);
+    surface.smoothness = smoothness(k);
     if (limited[k].empty()) continue;
     std::vector<Expr> edges;
     for (const Limited& one : limited[k]) edges.push_back(edge_of_domain(substitute(one.node, all)));
-    const std::vector<char> clear = smoothness.are_positive_around(when, surface.modes, edges);
+    const std::vector<char> clear = smoothness.are_positive_around(k, edges);
     for (std::size_t i = 0; i < clear.size(); ++i) {
       const Limited& one = limited[k][i];
       surface.is_edge = surface.is_edge || !clear[i];
