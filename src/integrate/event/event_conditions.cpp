@@ -1,6 +1,7 @@
 #include "integrate/event/event_conditions.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <unordered_set>
 
 #include "base/lru_cache.hpp"
@@ -21,6 +22,7 @@ bool is_clock(std::span<const Expr> inside) {
   });
 }
 
+/// Branches chosen by a mode count as the one in force.
 bool is_polynomial_of_sines(Expr when) {
   const std::vector<Expr> nodes = topological({&when, 1});
   return std::all_of(nodes.begin(), nodes.end(), [](Expr node) {
@@ -34,6 +36,8 @@ bool is_polynomial_of_sines(Expr when) {
       case Op::sin:
       case Op::cos:
         return true;
+      case Op::ifelse:
+        return node.operand(0).op() == Op::symbol;
       case Op::div:
         return node.operand(1).is_constant();
       case Op::pow: {
@@ -82,6 +86,7 @@ EventConditions conditions_of(const Problem& problem, GivenConditions list) {
   };
   EventConditions out;
   std::vector<Expr> outputs, slopes;
+  std::optional<bool> smooth;
   for (const auto& [when, guard] : list) {
     outputs.push_back(when);
     const Expr slope = total_derivative(when);
@@ -92,7 +97,10 @@ EventConditions conditions_of(const Problem& problem, GivenConditions list) {
     const std::vector<Expr> own = leaves({&when, 1});
     for (Expr leaf : own) out.needs_derivatives = out.needs_derivatives || late.count(leaf);
     out.clock.push_back(is_clock(own));
-    out.may_dip.push_back(!is_polynomial_of_sines(when));
+    // z and x′ are as smooth as their equations
+    const auto& F = model.F;
+    if (out.measured.back() && !smooth) smooth = std::all_of(F.begin(), F.end(), is_polynomial_of_sines);
+    out.may_dip.push_back(!is_polynomial_of_sines(when) || (out.measured.back() && !*smooth));
   }
   const auto is_known = [&](Expr phase, std::size_t i) {
     return are_known(phase, false) || (problem.is_ode() && out.slope_known[i]);

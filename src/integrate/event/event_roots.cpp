@@ -11,15 +11,16 @@ namespace pendula::integrate {
 /// Their control points bound them; their error is estimated as `several` times that of the cubic through the
 /// ends of the step, measured in the middle. Near an extremum g must also exceed the error of the coarse
 /// interpolant (see bottom()). False for conditions that the error estimate does not control: those of time
-/// alone, with dips, or without slopes. Leaves the sample at the end of the step in here_.
+/// alone, with dips, or without slopes. Slopes of conditions that contain z come from the equations. Leaves the sample at the end of the step in here_.
 bool EventFinder::stays_away(Stepper& stepper, const StepView& step) {
   constexpr double several = 8;
   constexpr double of_slope = 0.143;  // maximum of s²(1-s)²(s-½) relative to its slope at ½
   constexpr double near = 0.01;       // relative to the largest value
   for (std::size_t i = 0; i < events_->size(); ++i)
-    if (!ignored_[i] && (!conditions_->slope_known[i] || conditions_->clock[i] || conditions_->may_dip[i] ||
-                         std::fabs(last_.g[i]) <= tiny))
+    if (!ignored_[i] && (!(conditions_->slope_known[i] || conditions_->measured[i]) ||
+                         conditions_->clock[i] || conditions_->may_dip[i] || std::fabs(last_.g[i]) <= tiny))
       return false;
+  if (wants_.slopes && !stepper.is_determined()) return false;
   const double length = step.to.t - last_.t, third = length / 6;  // a third of the half step
   const auto is_far = [&](std::size_t i) {
     const double side = last_.g[i] > 0 ? 1 : -1;
@@ -34,8 +35,8 @@ bool EventFinder::stays_away(Stepper& stepper, const StepView& step) {
     return lowest > several * (error + of_slope * slope_error) && lowest > near * std::max({a, m, b}) &&
            turns <= 1;
   };
-  sample(stepper, step, step.to.t, Detail::coarse, here_);
-  sample(stepper, step, last_.t + length / 2, Detail::coarse, probe_);
+  sample_coarsely(stepper, step, last_.t + length / 2, probe_);
+  sample_coarsely(stepper, step, step.to.t, here_);
   for (std::size_t i = 0; i < events_->size(); ++i)
     if (!ignored_[i] && !is_far(i)) return false;
   return true;
@@ -98,9 +99,10 @@ EventFinder::Dip EventFinder::dip(Stepper& stepper, const StepView& step, int wh
       return {{}, low.t, sign * low.g};
     const double t = (low.t + high.t) / 2;
     sample(stepper, step, t, detail, probe_);
+    if (conditions_->measured[i] && !probe_.exact) measure_slopes(stepper, step, t, probe_);
     const double g = sign * probe_.g[i];
     if (g < 0) return {t, t, sign * g};
-    if (conditions_->measured[i]) measure_slopes(stepper, step, t, probe_);
+    if (conditions_->measured[i] && probe_.exact) measure_slopes(stepper, step, t, probe_);
     const Side middle{t, g, sign * probe_.slope[i]};
     (middle.slope < 0 ? low : high) = middle;
   }
@@ -117,6 +119,7 @@ std::optional<double> EventFinder::bottom(Stepper& stepper, const StepView& step
   constexpr double close = 0.125;  // relative to g; small compared with the half that `well` leaves
   const auto i = static_cast<std::size_t>(which);
   const auto is_far = [&](double g) {
+    if (conditions_->measured[i]) return false;
     double steepest = std::max(std::fabs(a.slope[i]), std::fabs(b.slope[i]));
     for (double end : {step.from.t, step.to.t}) {
       sample(stepper, step, end, Detail::coarse, probe_);
@@ -124,7 +127,7 @@ std::optional<double> EventFinder::bottom(Stepper& stepper, const StepView& step
     }
     return steepest * (step.to.t - step.from.t) < std::fabs(g);
   };
-  if (!conditions_->measured[i]) {
+  if (!conditions_->measured[i] || stepper.is_determined()) {
     const Dip coarse = dip(stepper, step, which, a, b, Detail::coarse);
     const auto agrees = [&] {
       return std::fabs(value(stepper, step, which, coarse.t) - coarse.lowest) <=

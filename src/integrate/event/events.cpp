@@ -8,7 +8,6 @@
 #include "dae/model/first_order.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
-#include "integrate/problem/rhs_solver.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -21,12 +20,13 @@ constexpr int deepest = 3, deepest_clock = 8;
 
 }  // namespace
 
-EventFinder::EventFinder(const ProblemPtr& problem, const std::vector<Event>& events)
-    : problem_(std::make_shared<Problem>(*problem)), events_(&events) {
+EventFinder::EventFinder(const ProblemPtr& problem, const std::vector<Event>& events, Stats* stats)
+    : problem_(std::make_shared<Problem>(*problem)), events_(&events), stats_(stats) {
   ignored_.assign(events.size(), 0);
   finite_ = ignored_;
   beginnings_.resize(events.size());
   largest_.assign(events.size(), 0);
+  look_.t = std::numeric_limits<double>::infinity();
   std::vector<EventConditions::Condition> list;
   for (const Event& event : events) list.push_back({event.when, !event.termination_reason.empty()});
   conditions_ = EventConditions::of(*problem, list);
@@ -82,63 +82,6 @@ void EventFinder::evaluate(const Point& point, double t, Sample& out) {
   out.exact = true;
 }
 
-void EventFinder::sample(Stepper& stepper, const StepView& step, double t, Detail detail, Sample& out) {
-  if (t >= step.to.t) return evaluate(step.to, out);
-  if (!wants_.solution) return evaluate(step.to, t, out);
-  if (detail == Detail::state && conditions_->needs_derivatives) detail = Detail::full;
-  const bool exact = interpolate(stepper, step, t, detail);
-  evaluate(point_, out);
-  out.exact = exact;
-}
-
-/// The solution inside a step, as point_. False if it is coarse: as asked for, or where the equations have no
-/// value, as sin(s)/s on a border s = 0.
-bool EventFinder::interpolate(Stepper& stepper, const StepView& step, double t, Detail detail) {
-  point_.xdot = step.to.xdot;
-  point_.z = step.to.z;
-  if (detail != Detail::coarse) try {
-      stepper.interpolate(step, t, detail, point_);
-      return true;
-    } catch (const UndefinedEquations&) {
-    }
-  stepper.interpolate(step, t, Detail::coarse, point_);
-  return false;
-}
-
-/// Finite differences along the step for dg/dt of the conditions that contain x′ or z. Their g is evaluated,
-/// too, since the coarse interpolant may know z at the ends of the step only.
-void EventFinder::measure_slopes(Stepper& stepper, const StepView& step, double t, Sample& out) {
-  const double apart = (step.to.t - step.from.t) / 64;  // a difference well above the errors of the step
-  const double at = std::min(t, step.to.t - apart / 2);
-  const double beside = at - apart < step.from.t ? at + apart : at - apart;
-  const auto conditions = [&](double time) {
-    try {
-      interpolate(stepper, step, time, Detail::full);
-    } catch (const Failure&) {  // the equations are singular there; later steps will report it
-      stepper.interpolate(step, time, Detail::coarse, point_);
-    }
-    evaluate(point_, neighbour_);
-    return neighbour_.g;
-  };
-  const std::vector<double> g = conditions(at), other = conditions(beside);
-  for (std::size_t i = 0; i < conditions_->measured.size(); ++i) {
-    if (!conditions_->measured[i] || ignored_[i]) continue;
-    out.slope[i] = (g[i] - other[i]) / (at - beside);
-    if (!out.exact && at == t) out.g[i] = g[i];
-  }
-}
-
-/// A sample by the cheapest interpolant that has z.
-void EventFinder::sample_coarsely(Stepper& stepper, const StepView& step, double t, Sample& out) {
-  sample(stepper, step, t, Detail::coarse, out);
-  if (wants_.slopes) measure_slopes(stepper, step, t, out);
-}
-
-double EventFinder::value(Stepper& stepper, const StepView& step, int which, double t) {
-  sample(stepper, step, t, Detail::state, probe_);
-  return probe_.g[which];
-}
-
 double EventFinder::slope(int which, const Point& point) {
   evaluate(point, probe_);
   return probe_.slope[which];
@@ -161,6 +104,7 @@ int EventFinder::never_finite() const {
 }
 
 void EventFinder::take_over(const EventFinder& before, std::size_t events) {
+  stats_ = before.stats_;
   std::copy_n(before.ignored_.begin(), events, ignored_.begin());
   std::copy_n(before.finite_.begin(), events, finite_.begin());
   std::copy_n(before.largest_.begin(), events, largest_.begin());
@@ -251,6 +195,7 @@ void EventFinder::start(const Point& point, const std::vector<Crossing>& crossed
   if (events_->empty()) return;
   evaluate(point, last_);
   fresh_ = true;
+  look_.t = std::numeric_limits<double>::infinity();
   // Near accumulation points of events the root of the continuous extension may differ much from that of the
   // solution. Then g is not small relative to its slope, but the root has been handled.
   beginnings_.assign(events_->size(), {});
@@ -406,7 +351,11 @@ double EventFinder::slope_after(Stepper& stepper, const StepView& step, std::siz
 std::optional<EventFinder::Hit> EventFinder::find(Stepper& stepper, const StepView& step) {
   const double from = last_.t, length = step.to.t - from;
   if (wants_.slopes && fresh_) {
-    measure_slopes(stepper, step, from, last_);
+    // a z that is 0 up to rounding has the digits of its terms only: apart by as much as the step allows
+    if (std::any_of(last_.g.begin(), last_.g.end(), [](double g) { return std::fabs(g) <= tiny; }))
+      measure_along(stepper, step, from, last_);
+    else
+      measure_slopes(stepper, step, from, last_);
     for (std::size_t i = 0; i < events_->size(); ++i)
       if (conditions_->measured[i] && last_.g[i] == 0 && last_.slope[i] != 0)
         last_.g[i] = std::copysign(tiny, slope_after(stepper, step, i));
@@ -427,6 +376,7 @@ std::optional<EventFinder::Hit> EventFinder::find(Stepper& stepper, const StepVi
 
 void EventFinder::pass(const Hit& hit, Stepper& stepper, const StepView& step) {
   sample(stepper, step, hit.t, Detail::state, last_);
+  if (wants_.slopes) measure_slopes(stepper, step, hit.t, last_);
   for (const Crossing& crossing : hit.list)
     last_.g[crossing.which] = std::copysign(tiny, crossing.rising ? 1.0 : -1.0);
 }
@@ -438,6 +388,7 @@ bool EventFinder::rests(const Hit& hit, Stepper& stepper, const StepView& step) 
     if (!(std::fabs(g) <= rounding(crossing.which))) return false;
   }
   sample(stepper, step, hit.t, Detail::state, last_);
+  if (wants_.slopes) measure_slopes(stepper, step, hit.t, last_);
   for (const Crossing& crossing : hit.list) set_side(crossing.which, crossing.rising ? -1 : 1);
   return true;
 }

@@ -67,7 +67,8 @@ class Oscillation : public Failure {
 /// signs of the other conditions there show roots of theirs that lie before it.
 class EventFinder {
  public:
-  EventFinder(const ProblemPtr& problem, const std::vector<Event>& events);
+  /// stats: where the solutions of the equations inside steps are counted.
+  EventFinder(const ProblemPtr& problem, const std::vector<Event>& events, Stats* stats = nullptr);
 
   struct Crossing {
     int which;
@@ -150,6 +151,10 @@ class EventFinder {
   void sample(Stepper& stepper, const StepView& step, double t, Detail detail, Sample& out);
   void sample_coarsely(Stepper& stepper, const StepView& step, double t, Sample& out);
   void measure_slopes(Stepper& stepper, const StepView& step, double t, Sample& out);
+  void measure_along(Stepper& stepper, const StepView& step, double t, Sample& out);
+  bool differentiate(Stepper& stepper, const StepView& step, double t, Sample& out);
+  bool solve_at(Point& at, double accuracy);
+  void predict(const StepView& step, Point& at) const;
   struct Root {
     double before, t;
     bool rising;
@@ -213,8 +218,12 @@ class EventFinder {
   Sample last_;        ///< at the last point looked at; signs of zeros are those just after
   Sample last_exact_;  ///< the last exact sample before the coarse ones of the step
   Sample here_, probe_, neighbour_;
-  Point point_;
+  Point point_, beside_;
+  Point look_, look_rate_;  ///< where x′ and z were solved for last, and x″ and z′ there
   std::vector<double> out_;
+  Stats* stats_;
+  std::shared_ptr<Stats> own_stats_;  ///< where none are given
+  std::shared_ptr<RhsSolver> equations_;
 };
 
 }  // namespace pendula::integrate

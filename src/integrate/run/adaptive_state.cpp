@@ -42,7 +42,7 @@ AdaptiveState::AdaptiveState(ProblemPtr given, const Plan& asked)
       history(std::make_shared<StepHistory>(problem->n(), problem->m())),
       solution(std::make_shared<Solution>(problem)),
       writer(*solution, plan.times, plan.from, plan.to),
-      finder(problem, plan.events.list) {
+      finder(problem, plan.events.list, &history->stats) {
   if (plan.times) history->may_forget();
   solution->set_continuation(history);
   solution->set_untested(untested(*problem, plan.variable_index));

@@ -22,6 +22,7 @@ class BdfStepper final : public Stepper {
   std::size_t record_size() const override { return 3 + static_cast<std::size_t>((last_.order + 1) * N_); }
   void record(double* to) const override;
   void interpolate(const StepView& step, double t, Detail detail, Point& out) override;
+  bool is_determined() const override { return determined_; }
 
  private:
   static constexpr int most = 5;

@@ -40,6 +40,7 @@ class IrkStepper final : public Stepper {
   void record(double* to) const override;
   TableauPtr tableau(const StepView& step) const override { return formulas_[step.record[0]]->tableau; }
   void interpolate(const StepView& step, double t, Detail detail, Point& out) override;
+  bool is_determined() const override { return determined_; }
 
  private:
   /// Contraction below which the Jacobian serves another step.

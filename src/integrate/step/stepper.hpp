@@ -75,6 +75,8 @@ class Stepper {
 
   /// The method evaluates x′ and z from (t, x), and cannot go on where they do not follow from them.
   virtual bool is_explicit() const { return false; }
+  /// x′ and z follow from (t, x) by the equations as they stand.
+  virtual bool is_determined() const { return true; }
   /// Since the last start, the step size was limited by stability rather than accuracy.
   virtual bool is_stiff() const { return false; }
   /// Stiffness that has been seen is judged to be worth it; from here on it is looked for anew.

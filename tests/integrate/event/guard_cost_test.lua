@@ -28,6 +28,27 @@ test("an event that a condition reaches within a step is found however little it
   end
 end)
 
+-- Each look at such a border repeated a part of the step: evaluations were ten times those of the steps alone.
+test("a border that an unknown stays away from costs less than a step", function()
+  local x, v, z = vars "x v z"
+  for _, smooth in ipairs { true, false } do
+    local function stats(method, rtol, rate)
+      local model = dae { der(x) ~ rate, der(v) ~ -x - z/10,
+        0 ~ z + (smooth and z^3/3 or sinh(z)/2) - sin(x) - 3/10*v }
+      local start = model:init { fix = { [x] = 1, [v] = 0 }, guess = { [z] = 0.7 } }
+      return model:integrate { start = start, to = 60, method = method, rtol = rtol, atol = rtol }:stats()
+    end
+    for _, method in ipairs { "dop853", "verner87", "dopri5", "radau", "rodas", "bdf" } do
+      for _, rtol in ipairs { 1e-4, 1e-7 } do
+        local plain, border = stats(method, rtol, v), stats(method, rtol, ifelse(lt(z, 5), v, v + 1))
+        expect(border.steps):equals(plain.steps)
+        local look = (border.evaluations - plain.evaluations)/border.steps
+        expect(look <= (smooth and 8 or 24)):is_true()
+      end
+    end
+  end
+end)
+
 -- Fast at first, so that steps creep: a solution may stay on a border for that, but not at a moment.
 test("a border of time alone costs no evaluation", function()
   local x = var "x"

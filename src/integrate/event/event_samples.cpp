@@ -1,0 +1,130 @@
+// The conditions of events at points inside a step (docs/derivations.md#events).
+#include <algorithm>
+#include <cmath>
+
+#include "integrate/event/events.hpp"
+#include "integrate/problem/rhs_solver.hpp"
+
+namespace pendula::integrate {
+
+void EventFinder::sample(Stepper& stepper, const StepView& step, double t, Detail detail, Sample& out) {
+  if (t >= step.to.t) return evaluate(step.to, out);
+  if (!wants_.solution) return evaluate(step.to, t, out);
+  if (detail == Detail::state && conditions_->needs_derivatives) detail = Detail::full;
+  const bool exact = interpolate(stepper, step, t, detail);
+  evaluate(point_, out);
+  out.exact = exact;
+}
+
+/// The solution inside a step, as point_. False if it is coarse: as asked for, or where the equations have no
+/// value, as sin(s)/s on a border s = 0.
+bool EventFinder::interpolate(Stepper& stepper, const StepView& step, double t, Detail detail) {
+  point_.xdot = step.to.xdot;
+  point_.z = step.to.z;
+  if (detail != Detail::coarse) try {
+      stepper.interpolate(step, t, detail, point_);
+      return true;
+    } catch (const UndefinedEquations&) {
+    }
+  stepper.interpolate(step, t, Detail::coarse, point_);
+  return false;
+}
+
+/// x′ and z of the equations at a point, to a relative accuracy, on the branch of the values there. Without
+/// the stages of a step: a look costs what solving for them costs. False where that fails, or might end on
+/// another branch.
+bool EventFinder::solve_at(Point& at, double accuracy) {
+  if (!equations_) {
+    if (!stats_) own_stats_ = std::make_shared<Stats>();
+    equations_ = std::make_shared<RhsSolver>(problem_, stats_ ? *stats_ : *own_stats_);
+  }
+  return equations_->stage(at.t, at.x.data(), at.xdot.data(), at.z.data(), accuracy);
+}
+
+/// x′ and z to begin with inside a step: the parabola through the last look, with its slope, and the end of
+/// the step that lies behind.
+void EventFinder::predict(const StepView& step, Point& at) const {
+  if (!(look_.t >= step.from.t && look_.t <= step.to.t) || look_.t == at.t) return;
+  const Point& end = at.t > look_.t ? step.to : step.from;
+  const double s = at.t - look_.t, length = end.t - look_.t;
+  const auto between = [&](const Vec& y, const Vec& rate, const Vec& there, Vec& out) {
+    out = y + s * rate + (s / length) * (s / length) * (there - y - length * rate);
+  };
+  between(look_.xdot, look_rate_.xdot, end.xdot, at.xdot);
+  between(look_.z, look_rate_.z, end.z, at.z);
+}
+
+/// dg/dt of the conditions that contain x′ or z, at a point that has been sampled or is an end of the step: x′
+/// and z are solved for there and a little apart on the tangent, x + δ x′ at t + δ, so that z′ and x″ are
+/// those of the implicit function theorem. False where x′ and z do not follow from x, or not so easily.
+bool EventFinder::differentiate(Stepper& stepper, const StepView& step, double t, Sample& out) {
+  constexpr double of_step = 1.0 / 4096;       // far more than rounding, far less than the step
+  constexpr double accuracy = of_step * 1e-3;  // of what z changes in the step: few iterations
+  if (!stepper.is_determined() || !conditions_->needs_derivatives) return false;
+  const bool inside = t > step.from.t && t < step.to.t;
+  if (inside && point_.t != t) return false;
+  if (!inside) point_ = t >= step.to.t ? step.to : step.from;
+  const bool coarse = inside && !out.exact;
+  if (coarse) predict(step, point_);
+  // the ends of implicit steps satisfy the equations within the tolerances only
+  if ((coarse || !stepper.is_explicit()) && !solve_at(point_, accuracy)) return false;
+  const double length = of_step * (step.to.t - step.from.t);
+  const double apart = t - length < step.from.t ? length : -length;
+  beside_ = point_;
+  beside_.t += apart;
+  beside_.x += apart * point_.xdot;
+  if (!solve_at(beside_, accuracy)) return false;
+  evaluate(point_, neighbour_);
+  const std::vector<double> g = neighbour_.g;
+  evaluate(beside_, neighbour_);
+  for (std::size_t i = 0; i < conditions_->measured.size(); ++i) {
+    if (!conditions_->measured[i] || ignored_[i]) continue;
+    out.slope[i] = (neighbour_.g[i] - g[i]) / apart;
+    if (coarse) out.g[i] = g[i];
+  }
+  std::swap(look_, point_);
+  look_rate_.xdot = (beside_.xdot - look_.xdot) / apart;
+  look_rate_.z = (beside_.z - look_.z) / apart;
+  return true;
+}
+
+/// Slopes that the equations do not give as they are written.
+void EventFinder::measure_slopes(Stepper& stepper, const StepView& step, double t, Sample& out) {
+  if (!differentiate(stepper, step, t, out)) measure_along(stepper, step, t, out);
+}
+
+/// Finite differences along the step for dg/dt of the conditions that contain x′ or z. Their g is evaluated,
+/// too, since the coarse interpolant may know z at the ends of the step only.
+void EventFinder::measure_along(Stepper& stepper, const StepView& step, double t, Sample& out) {
+  const double apart = (step.to.t - step.from.t) / 64;  // a difference well above the errors of the step
+  const double at = std::min(t, step.to.t - apart / 2);
+  const double beside = at - apart < step.from.t ? at + apart : at - apart;
+  const auto conditions = [&](double time) {
+    try {
+      interpolate(stepper, step, time, Detail::full);
+    } catch (const Failure&) {  // the equations are singular there; later steps will report it
+      stepper.interpolate(step, time, Detail::coarse, point_);
+    }
+    evaluate(point_, neighbour_);
+    return neighbour_.g;
+  };
+  const std::vector<double> g = conditions(at), other = conditions(beside);
+  for (std::size_t i = 0; i < conditions_->measured.size(); ++i) {
+    if (!conditions_->measured[i] || ignored_[i]) continue;
+    out.slope[i] = (g[i] - other[i]) / (at - beside);
+    if (!out.exact && at == t) out.g[i] = g[i];
+  }
+}
+
+/// A sample by the cheapest interpolant that has z.
+void EventFinder::sample_coarsely(Stepper& stepper, const StepView& step, double t, Sample& out) {
+  sample(stepper, step, t, Detail::coarse, out);
+  if (wants_.slopes) measure_slopes(stepper, step, t, out);
+}
+
+double EventFinder::value(Stepper& stepper, const StepView& step, int which, double t) {
+  sample(stepper, step, t, Detail::state, probe_);
+  return probe_.g[which];
+}
+
+}  // namespace pendula::integrate
