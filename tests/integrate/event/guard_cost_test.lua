@@ -28,7 +28,7 @@ test("an event that a condition reaches within a step is found however little it
   end
 end)
 
--- Each look at such a border repeated a part of the step: evaluations were ten times those of the steps alone.
+-- Each look at such a border repeated a part of the step: ten times the evaluations of the steps alone.
 test("a border that an unknown stays away from costs less than a step", function()
   local x, v, z = vars "x v z"
   for _, smooth in ipairs { true, false } do
