@@ -1,5 +1,5 @@
 -- Explicit ODEs from textbooks, by which the choice of the method is judged (bench/choice.lua): a list of
--- { set, name, names or n, f, start, to }. DETEST: Hull, Enright, Fellen & Sedgwick, SIAM J. Numer. Anal. 9,
+-- { set, name, names or n, f, start, to }, and models of index 1, { set, name, build, to }. DETEST: Hull, Enright, Fellen & Sedgwick, SIAM J. Numer. Anal. 9,
 -- 1972. STIFF DETEST: Enright, Hull & Lindberg, BIT 15, 1975. The others have round numbers and stand for
 -- their kinds: oscillators, kinetics, neurons, circuits, ecology, machines.
 local list = {}
@@ -311,4 +311,57 @@ each("neural mass 6", 6, function(y) local function S(v) return 5/(1 + exp(.56*(
   return { y[4], y[5], y[6], 3.25*100*S(y[2] - y[3])*.01 - 2*y[4]*10 - 100*y[1],
     3.25*100*(1.2 + .8*S(1.35*y[1])*.1) - 20*y[5] - 100*y[2],
     22*50*.25*.3*S(.3*y[1]) - 10*y[6] - 25*y[3] } end, fill(6, 0), 20)
+
+-- Index 1, every z in equations that are not linear in it, some beside borders that contain it. build() gives
+-- the model, its start, and the states that are compared.
+class = "INDEX 1"
+local function index1(name, to, build)
+  list[#list + 1] = { set = class, name = name, to = to, build = function()
+    local equations, fix, guess, states = build()
+    local model = dae(equations)
+    return model, model:init { fix = fix, guess = guess }, states
+  end }
+end
+for _, n in ipairs { 20, 80 } do  -- q adsorbed, c in the fluid
+  index1("adsorption column " .. n, 8, function()
+    local q, c = var("q", n), var("c", n)
+    local equations, fix, guess, states = {}, {}, {}, {}
+    for i = 1, n do
+      equations[i] = der(q[i]) ~ n*((i > 1 and c[i-1] or 1 + 0.3*sin(t)) - c[i])
+      equations[n + i] = 0 ~ c[i] + 4*c[i]/(0.2 + c[i]) - q[i]
+      fix[q[i]], guess[c[i]], states[i] = 0.02, 0.001, q[i]
+    end
+    return equations, fix, guess, states
+  end)
+end
+index1("journal bearing", 40, function()  -- the eccentricity e carries the load, heat thins the oil
+  local w, T, e = vars "w T e"
+  local drag = w*exp(-T/2)/sqrt(1 - e^2)
+  return { der(w) ~ 2 - 0.4*drag - 0.3*w, der(T) ~ 0.8*w*drag - T,
+    0 ~ 3*w*exp(-T/2)*e/(1 - e^2)^1.5 - 1 - 0.6*sin(2*t) }, { [w] = 1, [T] = 0 }, { [e] = 0.3 }, { w, T }
+end)
+index1("valve and accumulator", 40, function()
+  local p, h, q = vars "p h q"
+  return { der(p) ~ 50*(q - (0.51 + 0.49*sin(t))*tanh(3*p)), der(h) ~ 0.4 - q,
+    0 ~ q + 0.5*q*sqrt(q^2 + 0.01) - h + p }, { [p] = 0.5, [h] = 1 }, { [q] = 0.3 }, { p, h }
+end)
+index1("snubber", 60, function()
+  local x, v, z = vars "x v z"
+  local stops = ifelse(gt(z, 0.4), -2*(z - 0.4), 0) + ifelse(lt(z, -0.3), -3*(z + 0.3), 0)
+  return { der(x) ~ v, der(v) ~ -x - z - 0.1*v + stops + 0.5*sin(1.7*t),
+    0 ~ z + 2*z^3 + 0.2*sinh(z) - x - 0.2*v }, { [x] = 1, [v] = 0 }, { [z] = 0.3 }, { x, v }
+end)
+index1("chain with stops", 30, function()
+  local n = 8
+  local x, v, z = var("x", n), var("v", n), var("z", n)
+  local equations, fix, guess, states = {}, {}, {}, {}
+  for i = 1, n do
+    equations[#equations + 1] = der(x[i]) ~ v[i]
+    equations[#equations + 1] = der(v[i]) ~ 4*((i > 1 and x[i-1] or 0.3*sin(1.3*t)) - 2*x[i] +
+      (i < n and x[i+1] or 0)) - 0.1*v[i] - ifelse(gt(z[i], 0.2), 20*(z[i] - 0.2), 0)
+    equations[#equations + 1] = 0 ~ z[i] + z[i]^3 - x[i]
+    fix[x[i]], fix[v[i]], guess[z[i]], states[i], states[n + i] = 0, 0, 0, x[i], v[i]
+  end
+  return equations, fix, guess, states
+end)
 return list

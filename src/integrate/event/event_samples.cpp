@@ -41,6 +41,20 @@ bool EventFinder::solve_at(Point& at, double accuracy) {
   return equations_->stage(at.t, at.x.data(), at.xdot.data(), at.z.data(), accuracy);
 }
 
+/// Where the cubic is as good as the solution: its error falls with the square of the distance from the start.
+/// x′ and z solve the equations to rounding.
+void EventFinder::sample_near_start(Stepper& stepper, const StepView& step, double t, Sample& out) {
+  if (stepper.is_determined()) {
+    point_.xdot = step.from.xdot;
+    point_.z = step.from.z;
+    stepper.interpolate(step, t, Detail::coarse, point_);
+    point_.xdot = step.from.xdot;
+    point_.z = step.from.z;
+    if (solve_at(point_, 0)) return evaluate(point_, out);
+  }
+  sample(stepper, step, t, Detail::full, out);
+}
+
 /// x′ and z to begin with inside a step: the parabola through the last look, with its slope, and the end of
 /// the step that lies behind.
 void EventFinder::predict(const StepView& step, Point& at) const {

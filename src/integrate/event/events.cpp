@@ -335,10 +335,10 @@ double EventFinder::slope_after(Stepper& stepper, const StepView& step, std::siz
   constexpr double closer = 8;
   const double invisible = rounding_of_solved * largest_[i];
   double slope = last_.slope[i], chord = 0;
-  sample(stepper, step, last_.t, Detail::full, probe_);
+  sample_near_start(stepper, step, last_.t, probe_);
   const double begin = probe_.g[i];
   for (double apart = (step.to.t - last_.t) / 64; apart > 4 * eps * span_; apart /= closer) {
-    sample(stepper, step, last_.t + apart, Detail::full, probe_);
+    sample_near_start(stepper, step, last_.t + apart, probe_);
     if (!(std::fabs(probe_.g[i] - begin) > invisible)) break;
     const double next = (probe_.g[i] - begin) / apart;
     slope = chord == 0 ? next : (closer * next - chord) / (closer - 1);

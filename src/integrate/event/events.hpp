@@ -151,6 +151,7 @@ class EventFinder {
   void sample(Stepper& stepper, const StepView& step, double t, Detail detail, Sample& out);
   void sample_coarsely(Stepper& stepper, const StepView& step, double t, Sample& out);
   void measure_slopes(Stepper& stepper, const StepView& step, double t, Sample& out);
+  void sample_near_start(Stepper& stepper, const StepView& step, double t, Sample& out);
   void measure_along(Stepper& stepper, const StepView& step, double t, Sample& out);
   bool differentiate(Stepper& stepper, const StepView& step, double t, Sample& out);
   bool solve_at(Point& at, double accuracy);

@@ -223,7 +223,7 @@ void MethodSelector::try_implicit() {
 /// Tries an implicit method where a step takes far more work than its stages: z is looked at on many borders,
 /// or its branch must be followed. What implicit steps would take then, nothing but a trial shows.
 bool MethodSelector::try_where_steps_cost_more() {
-  constexpr double more = 1.5;  // than usual: a trial is 7 % of the steps before and behind it
+  constexpr double more = 1.5;  // than usual: a trial is a tenth of the steps before and behind it
   constexpr long enough = 100;  // steps
   const long steps = state_.stats().steps - past_.begin;
   if (state_.problem->is_ode() || costs_.family || steps < trial_.costly || past_.per_time > 0) return false;

@@ -70,7 +70,7 @@ class MethodSelector {
   } past_;
   /// Looks at whether an implicit method is worth a trial: steps since the explicit one began.
   struct {
-    long first = 40, next = 0, costly = 100;
+    long first = 40, next = 0, costly = 25;
     int favourable = 0;  ///< in a row
     Stats begun;         ///< when the explicit method began, at t
     double t = 0;

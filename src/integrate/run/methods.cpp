@@ -418,7 +418,8 @@ ExplicitWork explicit_work(const ProblemPtr& problem, const Method& method, cons
   Stats unused;
   const RhsSolver derivative(problem, unused);
   if (derivative.is_linear()) return {(derivative.has_constant_matrix() ? solving : factorising) * stages};
-  return {iterating * stages, iterated_stages_cost_more(problem->n() + problem->m())};
+  const bool is_chosen = plan.modes > 0;  // as by choose(): what it costs is measured then
+  return {iterating * stages, !is_chosen && iterated_stages_cost_more(problem->n() + problem->m())};
 }
 
 }  // namespace pendula::integrate
