@@ -2,8 +2,8 @@
 -- each set of bench/choice_models.lua and 4, 6, 8, 10 digits the geometric mean of their times, the worst,
 -- and how many are above 1.3.
 --     pendula bench/choice.lua [-v] [words of a name]     -v: a line for each model and number of digits
--- Times are least ones of several runs, taken in turn; on a loaded machine single ones err by a half, and 12 of
--- runs of less than a millisecond (60 are taken) still by a third, against the default.
+-- Times are least ones of several runs, taken in turn; on a loaded machine single ones err by a half, those
+-- below 20 microseconds by more.
 local here = arg[0]:match "(.*/)" or "./"
 local models = dofile(here .. "choice_models.lua")
 local detailed = arg[1] == "-v"

@@ -1,6 +1,7 @@
 -- Explicit ODEs from textbooks, by which the choice of the method is judged (bench/choice.lua): a list of
--- { set, name, names or n, f, start, to }, and models of index 1, { set, name, build, to }. DETEST: Hull, Enright, Fellen & Sedgwick, SIAM J. Numer. Anal. 9,
--- 1972. STIFF DETEST: Enright, Hull & Lindberg, BIT 15, 1975. The others have round numbers and stand for
+-- { set, name, names or n, f, start, to }, and models of index 1, { set, name, build, to }. DETEST: Hull,
+-- Enright, Fellen & Sedgwick, SIAM J. Numer. Anal. 9, 1972. STIFF DETEST: Enright, Hull & Lindberg, BIT 15,
+-- 1975. The others have round numbers and stand for
 -- their kinds: oscillators, kinetics, neurons, circuits, ecology, machines.
 local list = {}
 local class

@@ -11,7 +11,7 @@ namespace pendula::integrate {
 /// Their control points bound them; their error is estimated as `several` times that of the cubic through the
 /// ends of the step, measured in the middle. Near an extremum g must also exceed the error of the coarse
 /// interpolant (see bottom()). False for conditions that the error estimate does not control: those of time
-/// alone, with dips, or without slopes. Slopes of conditions that contain z come from the equations. Leaves the sample at the end of the step in here_.
+/// alone, with dips, or without slopes. Leaves the sample at the end of the step in here_.
 bool EventFinder::stays_away(Stepper& stepper, const StepView& step) {
   constexpr double several = 8;
   constexpr double of_slope = 0.143;  // maximum of s²(1-s)²(s-½) relative to its slope at ½

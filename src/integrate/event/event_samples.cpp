@@ -33,16 +33,23 @@ bool EventFinder::interpolate(Stepper& stepper, const StepView& step, double t, 
 /// x′ and z of the equations at a point, to a relative accuracy, on the branch of the values there. Without
 /// the stages of a step: a look costs what solving for them costs. False where that fails, or might end on
 /// another branch.
-bool EventFinder::solve_at(Point& at, double accuracy) {
-  if (!equations_) {
-    if (!stats_) own_stats_ = std::make_shared<Stats>();
-    equations_ = std::make_shared<RhsSolver>(problem_, stats_ ? *stats_ : *own_stats_);
+bool EventFinder::solve_at(const Stepper& stepper, Point& at, double accuracy) {
+  const Problem& now = stepper.problem();
+  if (!along_.problem || along_.problem->shared_model() != now.shared_model()) {
+    if (!along_.stats) along_.own_stats = std::make_shared<Stats>();
+    along_.problem = std::make_shared<Problem>(now);
+    Stats& stats = along_.stats ? *along_.stats : *along_.own_stats;
+    along_.equations = std::make_shared<RhsSolver>(along_.problem, stats);
+  } else if (along_.of != &now || along_.version != now.version()) {
+    along_.problem->take_parameters(now);
   }
-  return equations_->stage(at.t, at.x.data(), at.xdot.data(), at.z.data(), accuracy);
+  along_.of = &now;
+  along_.version = now.version();
+  return along_.equations->stage(at.t, at.x.data(), at.xdot.data(), at.z.data(), accuracy);
 }
 
-/// Where the cubic is as good as the solution: its error falls with the square of the distance from the start.
-/// x′ and z solve the equations to rounding.
+/// Where the cubic is as good as the solution: its error falls with the square of the distance from the
+/// start. x′ and z solve the equations to rounding.
 void EventFinder::sample_near_start(Stepper& stepper, const StepView& step, double t, Sample& out) {
   if (stepper.is_determined()) {
     point_.xdot = step.from.xdot;
@@ -50,7 +57,7 @@ void EventFinder::sample_near_start(Stepper& stepper, const StepView& step, doub
     stepper.interpolate(step, t, Detail::coarse, point_);
     point_.xdot = step.from.xdot;
     point_.z = step.from.z;
-    if (solve_at(point_, 0)) return evaluate(point_, out);
+    if (solve_at(stepper, point_, 0)) return evaluate(point_, out);
   }
   sample(stepper, step, t, Detail::full, out);
 }
@@ -58,18 +65,18 @@ void EventFinder::sample_near_start(Stepper& stepper, const StepView& step, doub
 /// x′ and z to begin with inside a step: the parabola through the last look, with its slope, and the end of
 /// the step that lies behind.
 void EventFinder::predict(const StepView& step, Point& at) const {
-  if (!(look_.t >= step.from.t && look_.t <= step.to.t) || look_.t == at.t) return;
-  const Point& end = at.t > look_.t ? step.to : step.from;
-  const double s = at.t - look_.t, length = end.t - look_.t;
+  if (!(look_.at.t >= step.from.t && look_.at.t <= step.to.t) || look_.at.t == at.t) return;
+  const Point& end = at.t > look_.at.t ? step.to : step.from;
+  const double s = at.t - look_.at.t, length = end.t - look_.at.t;
   const auto between = [&](const Vec& y, const Vec& rate, const Vec& there, Vec& out) {
     out = y + s * rate + (s / length) * (s / length) * (there - y - length * rate);
   };
-  between(look_.xdot, look_rate_.xdot, end.xdot, at.xdot);
-  between(look_.z, look_rate_.z, end.z, at.z);
+  between(look_.at.xdot, look_.rate.xdot, end.xdot, at.xdot);
+  between(look_.at.z, look_.rate.z, end.z, at.z);
 }
 
-/// dg/dt of the conditions that contain x′ or z, at a point that has been sampled or is an end of the step: x′
-/// and z are solved for there and a little apart on the tangent, x + δ x′ at t + δ, so that z′ and x″ are
+/// dg/dt of the conditions that contain x′ or z, at a point that has been sampled or is an end of the step:
+/// x′ and z are solved for there and a little apart on the tangent, x + δ x′ at t + δ, so that z′ and x″ are
 /// those of the implicit function theorem. False where x′ and z do not follow from x, or not so easily.
 bool EventFinder::differentiate(Stepper& stepper, const StepView& step, double t, Sample& out) {
   constexpr double of_step = 1.0 / 4096;       // far more than rounding, far less than the step
@@ -81,13 +88,13 @@ bool EventFinder::differentiate(Stepper& stepper, const StepView& step, double t
   const bool coarse = inside && !out.exact;
   if (coarse) predict(step, point_);
   // the ends of implicit steps satisfy the equations within the tolerances only
-  if ((coarse || !stepper.is_explicit()) && !solve_at(point_, accuracy)) return false;
+  if ((coarse || !stepper.is_explicit()) && !solve_at(stepper, point_, accuracy)) return false;
   const double length = of_step * (step.to.t - step.from.t);
   const double apart = t - length < step.from.t ? length : -length;
   beside_ = point_;
   beside_.t += apart;
   beside_.x += apart * point_.xdot;
-  if (!solve_at(beside_, accuracy)) return false;
+  if (!solve_at(stepper, beside_, accuracy)) return false;
   evaluate(point_, neighbour_);
   const std::vector<double> g = neighbour_.g;
   evaluate(beside_, neighbour_);
@@ -96,9 +103,9 @@ bool EventFinder::differentiate(Stepper& stepper, const StepView& step, double t
     out.slope[i] = (neighbour_.g[i] - g[i]) / apart;
     if (coarse) out.g[i] = g[i];
   }
-  std::swap(look_, point_);
-  look_rate_.xdot = (beside_.xdot - look_.xdot) / apart;
-  look_rate_.z = (beside_.z - look_.z) / apart;
+  std::swap(look_.at, point_);
+  look_.rate.xdot = (beside_.xdot - look_.at.xdot) / apart;
+  look_.rate.z = (beside_.z - look_.at.z) / apart;
   return true;
 }
 

@@ -21,12 +21,12 @@ constexpr int deepest = 3, deepest_clock = 8;
 }  // namespace
 
 EventFinder::EventFinder(const ProblemPtr& problem, const std::vector<Event>& events, Stats* stats)
-    : problem_(std::make_shared<Problem>(*problem)), events_(&events), stats_(stats) {
+    : problem_(std::make_shared<Problem>(*problem)), events_(&events), along_{stats, {}, {}, {}, {}, {}} {
   ignored_.assign(events.size(), 0);
   finite_ = ignored_;
   beginnings_.resize(events.size());
   largest_.assign(events.size(), 0);
-  look_.t = std::numeric_limits<double>::infinity();
+  look_.at.t = std::numeric_limits<double>::infinity();
   std::vector<EventConditions::Condition> list;
   for (const Event& event : events) list.push_back({event.when, !event.termination_reason.empty()});
   conditions_ = EventConditions::of(*problem, list);
@@ -104,7 +104,7 @@ int EventFinder::never_finite() const {
 }
 
 void EventFinder::take_over(const EventFinder& before, std::size_t events) {
-  stats_ = before.stats_;
+  along_.stats = before.along_.stats;
   std::copy_n(before.ignored_.begin(), events, ignored_.begin());
   std::copy_n(before.finite_.begin(), events, finite_.begin());
   std::copy_n(before.largest_.begin(), events, largest_.begin());
@@ -195,7 +195,7 @@ void EventFinder::start(const Point& point, const std::vector<Crossing>& crossed
   if (events_->empty()) return;
   evaluate(point, last_);
   fresh_ = true;
-  look_.t = std::numeric_limits<double>::infinity();
+  look_.at.t = std::numeric_limits<double>::infinity();
   // Near accumulation points of events the root of the continuous extension may differ much from that of the
   // solution. Then g is not small relative to its slope, but the root has been handled.
   beginnings_.assign(events_->size(), {});

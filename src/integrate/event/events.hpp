@@ -95,7 +95,10 @@ class EventFinder {
   /// The first event whose condition has been a number at no point that was looked at; -1 if there is none.
   int never_finite() const;
   /// Inputs jump there: see Problem.
-  void set_limit(double t) { problem_->set_limit(t); }
+  void set_limit(double t) {
+    problem_->set_limit(t);
+    if (along_.problem) along_.problem->set_limit(t);
+  }
   /// From now on, no root of this event is found; or again some.
   void ignore(int which, bool ignored = true) {
     ignored_[which] = ignored;
@@ -154,7 +157,7 @@ class EventFinder {
   void sample_near_start(Stepper& stepper, const StepView& step, double t, Sample& out);
   void measure_along(Stepper& stepper, const StepView& step, double t, Sample& out);
   bool differentiate(Stepper& stepper, const StepView& step, double t, Sample& out);
-  bool solve_at(Point& at, double accuracy);
+  bool solve_at(const Stepper& stepper, Point& at, double accuracy);
   void predict(const StepView& step, Point& at) const;
   struct Root {
     double before, t;
@@ -220,11 +223,20 @@ class EventFinder {
   Sample last_exact_;  ///< the last exact sample before the coarse ones of the step
   Sample here_, probe_, neighbour_;
   Point point_, beside_;
-  Point look_, look_rate_;  ///< where x′ and z were solved for last, and x″ and z′ there
+  /// Where x′ and z were solved for last, and x″ and z′ there.
+  struct {
+    Point at, rate;
+  } look_;
   std::vector<double> out_;
-  Stats* stats_;
-  std::shared_ptr<Stats> own_stats_;  ///< where none are given
-  std::shared_ptr<RhsSolver> equations_;
+  /// The equations of the stepper, which may be those of sliding, along the cubic of a step.
+  struct {
+    Stats* stats;
+    std::shared_ptr<Stats> own_stats;  ///< where none are given
+    const Problem* of = nullptr;       ///< the stepper's, and its version
+    unsigned version = 0;
+    ProblemPtr problem;
+    std::shared_ptr<RhsSolver> equations;
+  } along_;
 };
 
 }  // namespace pendula::integrate
