@@ -19,6 +19,7 @@ include "many/init"   -- s:quantile, s:sobol, reliability, slurm …
 include "converge"    -- converge
 include "latex"       -- form:latex, bdf(2):latex
 include "check"       -- sol:check
+include "lookup"      -- lookup
 include "algebra"     -- roots, equilibria, apart, integral, Laplace transforms
 include "problems/init"  -- problems.pendulum, problems.akzo, …
 include "asked"       -- what results were asked for

@@ -56,19 +56,12 @@ end, { text = "0 between low and high, else the distance beyond the limit.", sou
     x = model { D = e.dead_zone{}, connect("D.u", t - 1), z = e.integrator{}, connect("D.y", "z.u") }
     return x:integrate{ to = 4 }(x.z.y, 4)]], gives = "2.0" })
 
--- A piecewise linear function through the points (x[k], y[k]), constant outside.
-s.table = component("table", { x = { 0, 1 }, y = { 0, 1 } }, function(self)
-  local u, y = block(self)
-  local xs, ys = self.given.x, self.given.y
-  if #xs ~= #ys or #xs < 2 then fail "table: x and y must be lists of the same length, two points or more" end
-  local value = ys[#ys]
-  for k = #xs - 1, 1, -1 do
-    if not (xs[k + 1] > xs[k]) then fail "table: the values of x must grow" end
-    local line = ys[k] + (ys[k + 1] - ys[k])/(xs[k + 1] - xs[k])*(u - xs[k])
-    value = ifelse(lt(u, xs[k + 1]), line, value)
-  end
-  return { y ~ ifelse(lt(u, xs[1]), ys[1], value) }
-end, { text = "Linear between points, constant outside of them.", source = "definition",
+s.table = component("table", { x = { 0, 1 }, y = { 0, 1 }, kind = "linear", outside = "hold" },
+  function(self)
+    local u, y = block(self)
+    local given = self.given
+    return { y ~ lookup { x = given.x, y = given.y, kind = given.kind, outside = given.outside }(u) }
+  end, { text = "A function through points; kind and outside as in lookup{ … }.", source = "definition",
   example = [[
     x = model { S = e.table{ x = {0, 1, 3}, y = {0, 10, 30} }, connect("S.u", 2), z = e.integrator{},
                 connect("S.y", "z.u") }

@@ -94,7 +94,9 @@ constexpr Remedy foreign_globals[] = {
     {"reshape", "columns are joined by hstack, parts are A:block(1, 2, 1, 3) and v:slice(1, 3)"},
     {"nullspace kernel", "write null_space(A)"},
     {"linalg scipy sympy", "write solve(A, b), inv(A), det(A), eig(A), svd(A), expm(A) without a prefix"},
-    {"interp1 interp lookup interpolate", "samples are an input: inputs = { u = { t = { … }, u = { … } } }"},
+    {"interp1 interp interpolate griddedInterpolant interpolant CubicSpline table1d",
+     "a function through points is f = lookup{ x = { … }, y = { … }, kind = \"pchip\" }, then f(e); samples over "
+     "time are an input: inputs = { u = { t = { … }, u = { … } } }"},
     {"polyfit", "a polynomial by least squares is lsq(A, y) with the powers of x as columns of A"},
     {"polyval conv deconv", "polynomials are expressions: p = x^2 + 1, fn({ x }, p)(2), expand(p*q)"},
     {"fft", "write periodogram(u), welch(u), etfe(d)"},
