@@ -6,8 +6,8 @@
 
 #include "base/counted.hpp"
 #include "base/error.hpp"
-#include "base/lru_cache.hpp"
 #include "base/text.hpp"
+#include "dae/model/model_key.hpp"
 #include "dae/model/occurrence.hpp"
 #include "dae/model/solved_rows.hpp"
 #include "expr/print/print.hpp"
@@ -76,11 +76,8 @@ FirstOrder first_order(const Model& m) {
 }
 
 std::shared_ptr<const FirstOrder> shared_first_order(const ModelPtr& model) {
-  constexpr std::size_t equations = 200'000;  // an entry counts as 1000 more
-  static LruCache<ModelPtr, std::shared_ptr<const FirstOrder>> known(equations);
-  if (const auto* found = known.find(model)) return *found;
-  return known.insert(model, std::make_shared<const FirstOrder>(first_order(*model)),
-                      1000 + model->residuals.size());
+  static PerModel<std::shared_ptr<const FirstOrder>> known;
+  return known.of(model, [&] { return std::make_shared<const FirstOrder>(first_order(*model)); });
 }
 
 }  // namespace pendula::dae

@@ -11,6 +11,7 @@
 #include "dae/model/first_order.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/model/make_model.hpp"
+#include "dae/model/model_key.hpp"
 #include "dae/model/solved_rows.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/linalg/linalg.hpp"
@@ -151,7 +152,7 @@ static std::string velocity_name(const std::string& name, bool alone) {
   return alone ? "v" : "v_" + name;
 }
 
-ModelPtr to_first_order(const ModelPtr& model) {
+static ModelPtr made_first_order(const ModelPtr& model) {
   ModelOptions options = child_of(model);
   Substitution lower;
   std::vector<Block> blocks;
@@ -184,6 +185,11 @@ ModelPtr to_first_order(const ModelPtr& model) {
   for (const Block& b : model->blocks)
     blocks.push_back({mapped(b.lhs, lower), mapped(b.rhs, lower), b.note, b.rewritten});
   return make_model(std::move(blocks), std::move(options));
+}
+
+ModelPtr to_first_order(const ModelPtr& model) {
+  static PerModel<ModelPtr> known;
+  return known.of(model, [&] { return made_first_order(model); });
 }
 
 /// The equations without derivatives with their original signs.

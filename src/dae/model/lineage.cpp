@@ -4,6 +4,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/model/model_key.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
@@ -109,11 +110,20 @@ std::vector<Chain> chains(const Model& model, const Model& low) {
 ModelPtr original(const ModelPtr& m) {
   ModelPtr source = m;
   while (!source->form.empty() && source->parent) source = source->parent;
-  if (source == m) return m;
-  auto copy = std::make_shared<Model>(*source);
-  for (Expr p : copy->parameters)
-    if (const auto it = m->values.find(p); it != m->values.end()) copy->values[p] = it->second;
-  return copy;
+  const auto differs = [&](Expr p) {
+    const auto own = m->values.find(p), there = source->values.find(p);
+    return own != m->values.end() && (there == source->values.end() || own->second != there->second);
+  };
+  if (source == m || std::none_of(source->parameters.begin(), source->parameters.end(), differs))
+    return source;
+  // one object for each m: what is remembered about a model is found by its address
+  static PerModel<ModelPtr> known;
+  return known.of(m, [&] {
+    auto copy = std::make_shared<Model>(*source);
+    for (Expr p : copy->parameters)
+      if (const auto it = m->values.find(p); it != m->values.end()) copy->values[p] = it->second;
+    return copy;
+  });
 }
 
 /// Derivatives of eliminated unknowns for which only the unknown itself has a relation: w = phi′ with phi = a

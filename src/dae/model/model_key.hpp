@@ -32,4 +32,21 @@ template <class Answer>
 using ModelCache = LruCache<ModelKey, Answer, ModelKeyHash>;
 constexpr std::size_t cached_models = 64;
 
+/// An answer for each of the models in use, found by the object: a call asks less than with a ModelKey, and
+/// answers of models with equal equations but other attributes stay apart. Answer: cheap to copy.
+template <class Answer>
+class PerModel {
+ public:
+  template <class Make>
+  Answer of(const ModelPtr& model, Make make) {
+    if (const Answer* found = known_.find(model)) return *found;
+    return known_.insert(model, make(), size_of(*model));
+  }
+  static std::size_t size_of(const Model& model) { return 1000 + model.residuals.size(); }
+  static constexpr std::size_t capacity = 200'000;  ///< the sum of size_of
+
+ private:
+  LruCache<ModelPtr, Answer> known_{capacity};
+};
+
 }  // namespace pendula::dae

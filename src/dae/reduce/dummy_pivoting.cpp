@@ -15,6 +15,7 @@
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
+#include "dae/model/model_key.hpp"
 #include "dae/model/parameter_values.hpp"
 #include "dae/points/array_points.hpp"
 #include "dae/rank/rank.hpp"
@@ -187,6 +188,11 @@ DummyPivoting::DummyPivoting(const ModelPtr& source) : model_(source), analysis_
         unit_[j] = it->second;
         break;
       }
+}
+
+std::shared_ptr<const DummyPivoting> shared_pivoting(const ModelPtr& source) {
+  static PerModel<std::shared_ptr<const DummyPivoting>> known;
+  return known.of(source, [&] { return std::make_shared<const DummyPivoting>(source); });
 }
 
 std::unordered_map<Expr, double> DummyPivoting::generic_point(bool in_units_near_1) const {

@@ -73,9 +73,8 @@ ModelPtr made_acc(const ModelPtr& given);
 }  // namespace
 
 ModelPtr reduce_acc(const ModelPtr& given) {
-  static LruCache<ModelPtr, ModelPtr> known(4);  // other forms need this one first
-  if (const ModelPtr* low = known.find(given)) return *low;
-  return known.insert(given, made_acc(given));
+  static PerModel<ModelPtr> known;  // other forms and every start need this one first
+  return known.of(given, [&] { return made_acc(given); });
 }
 
 namespace {

@@ -14,11 +14,11 @@
 #include "dae/model/forms.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/model/make_model.hpp"
+#include "dae/model/model_key.hpp"
 #include "dae/model/solved_rows.hpp"
-#include "dae/points/array_points.hpp"
-#include "dae/points/derivative_array.hpp"
 #include "dae/points/generic_functions.hpp"
 #include "dae/rank/rank_with_gap.hpp"
+#include "dae/reduce/array_point.hpp"
 #include "dae/reduce/reduced_forms.hpp"
 #include "dae/structure/differentiation.hpp"
 #include "expr/graph/declaration.hpp"
@@ -30,18 +30,6 @@ namespace {
 
 using Index = Eigen::Index;
 using Columns = std::vector<Index>;
-
-constexpr std::size_t most_columns = 400;  // of ∂F_k/∂(x, y), for orthogonal decompositions in O(n³)
-
-/// F_k with k = ν, a point of F_k = 0, and the equilibrated Jacobian there.
-struct ArrayAt {
-  DerivativeArray array;
-  std::vector<Expr> columns;
-  Vec w;
-  Mat J;
-  Index states, first;
-  std::unordered_map<Expr, double> known;  ///< t, inputs, parameters
-};
 
 Mat columns_of(const Mat& J, const Columns& list) { return J(Eigen::all, list); }
 
@@ -58,90 +46,6 @@ Columns pivots(const Mat& m, Index count) {
   Columns list;
   for (Index k = 0; k < count; ++k) list.push_back(qr.colsPermutation().indices()[k]);
   return list;
-}
-
-/// Values of the other leaves: those given by the caller, else the parameter values, else random.
-std::unordered_map<Expr, double> known_values(const NumericArray& numeric, const Model& m, int seed,
-                                              const std::unordered_map<Expr, double>& near) {
-  auto known = numeric.known(seed);
-  for (auto& [leaf, value] : known) {
-    if (const auto own = m.values.find(leaf); own != m.values.end())
-      value = pendula::evaluate({&own->second, 1}, {})[0];
-    if (const auto given = near.find(leaf); given != near.end()) value = given->second;
-  }
-  return known;
-}
-
-/// Solves F_0 = 0, then F_1 = 0 … up to F_k = 0, each from the previous point, for cases where Newton's
-/// method finds no point of F_k = 0 directly.
-class StagedPoints {
- public:
-  StagedPoints(const Model& m, int order) : model_(m) {
-    DerivativeArray array(m.residuals, m.variables);
-    for (int k = 0; k <= order; ++k) {
-      stages_.emplace_back(array);
-      if (k < order) array.extend();
-    }
-  }
-
-  /// held: number of leading unknowns that keep their values.
-  std::optional<NumericArray::Solution> point(int seed, std::unordered_map<Expr, double> values,
-                                              Index held = 0) const {
-    std::optional<NumericArray::Solution> at;
-    for (const NumericArray& stage : stages_) {
-      at = stage.project(stage.start(seed, values), known_values(stage, model_, seed, values), held);
-      if (!at) return {};
-      for (std::size_t j = 0; j < stage.columns().size(); ++j) values[stage.columns()[j]] = at->w[j];
-    }
-    return at;
-  }
-
-  /// The unknowns of the last stage.
-  const std::vector<Expr>& columns() const { return stages_.back().columns(); }
-
- private:
-  const Model& model_;
-  std::vector<NumericArray> stages_;
-};
-
-/// A point of F_k = 0 that determines x′ and at which the rank of the rows is the largest found. Searched
-/// near the given values if there are any.
-std::optional<ArrayAt> regular_point(const Model& m, int order,
-                                     const std::unordered_map<Expr, double>& near) {
-  constexpr int seeds = 16;
-  ArrayAt best{DerivativeArray(m.residuals, m.variables), {}, {}, {}, 0, 0, {}};
-  for (int k = 0; k < order; ++k) best.array.extend();
-  best.columns = best.array.columns();
-  best.states = static_cast<Index>(best.array.states().size());
-  best.first = static_cast<Index>(best.array.first().size());
-  if (best.columns.size() > most_columns) return {};
-  const NumericArray numeric(best.array);
-  int most = -1;
-  std::optional<StagedPoints> staged;
-  const auto point = [&](int seed, const std::unordered_map<Expr, double>& known) {
-    if (staged) return staged->point(seed, near);
-    const auto& x = best.array.states();
-    const bool given = std::all_of(x.begin(), x.end(), [&](Expr leaf) { return near.count(leaf) > 0; });
-    const Vec from = numeric.start(seed, near);
-    // at a consistent start itself: near a start at rest, rows may be regular that are singular at rest
-    const auto there = given ? numeric.project(from, known, best.states) : std::nullopt;
-    return there && !there->slow ? there : numeric.project(from, known, 0);
-  };
-  for (int attempt = 0; attempt < 2 * seeds && !(attempt >= seeds && most >= 0); ++attempt) {
-    const int seed = attempt % seeds;
-    if (attempt == seeds) staged.emplace(m, order);
-    const auto known = known_values(numeric, m, seed, near);
-    const auto at = point(seed, known);
-    if (!at || at->slow) continue;
-    const ArrayRanks ranks = numeric.ranks(*at, known);
-    if (ranks.y != best.first + ranks.higher || ranks.y < best.first || ranks.all <= most) continue;
-    most = ranks.all;
-    best.w = at->w;
-    best.known = known;
-    best.J = equilibrated(numeric.jacobian(at->w, known));
-    if (most == static_cast<int>(best.array.rows().size()) || !near.empty()) break;
-  }
-  return most < 0 ? std::nullopt : std::optional(std::move(best));
 }
 
 /// Independent columns of ∂F_k/∂(higher derivatives), low orders first. The open derivatives are then of
@@ -282,7 +186,8 @@ std::vector<Expr> slopes_of_states(const ArrayAt& a, const ArraySelection& s, co
   return list;
 }
 
-Replacement replacement(const ArrayAt& a, const ArraySelection& s, const Model& m, bool given) {
+Replacement replacement(const ArrayAt& a, const ArraySelection& s, const Model& m,
+                        const Substitution& constants) {
   Replacement r;
   auto used = used_names(m);
   const auto introduce = [&](Expr leaf, bool printed_as_derivative = true) {
@@ -300,7 +205,7 @@ Replacement replacement(const ArrayAt& a, const ArraySelection& s, const Model& 
   for (Index j : s.higher) introduce(a.columns[j]);
   r.slopes = slopes_of_states(a, s, m);
   for (Expr slope : r.slopes) introduce(slope, false);
-  for (const auto& [leaf, constant] : constants_for_open(a, s, given)) r.by[leaf] = constant;
+  r.by.insert(constants.begin(), constants.end());
   return r;
 }
 
@@ -335,9 +240,10 @@ void tell_selection(ModelOptions& options, const Model& m, const ArrayAt& a, con
       "chooses the rows that suit a start."));
 }
 
-ModelPtr made_of(const ModelPtr& source, const ArrayAt& a, const ArraySelection& s, int index, bool given) {
+ModelPtr made_of(const ModelPtr& source, const ArrayAt& a, const ArraySelection& s, int index,
+                 const Substitution& constants) {
   const Model& m = *source;
-  const Replacement r = replacement(a, s, m, given);
+  const Replacement r = replacement(a, s, m, constants);
   ModelOptions options = child_of(source);
   options.form = "array";
   options.mechanics.reset();
@@ -370,29 +276,30 @@ ModelPtr made_of(const ModelPtr& source, const ArrayAt& a, const ArraySelection&
   return make_model(std::move(blocks), std::move(options));
 }
 
+/// The model of a selection; remembered where it contains no number of the point.
+ModelPtr form_of(const ModelPtr& source, const ArrayAt& a, ArraySelection s, int index, bool given) {
+  using Key = std::pair<ModelPtr, Columns>;
+  struct Hash {
+    std::size_t operator()(const Key& key) const {
+      return std::hash<ModelPtr>()(key.first) ^ 31 * WordsHash()(key.second);
+    }
+  };
+  static LruCache<Key, ModelPtr, Hash> known(PerModel<ModelPtr>::capacity);
+  Key key{source, {given}};
+  for (const Columns* list : {&s.rows, &s.dependent, &s.higher}) {
+    key.second.push_back(static_cast<Index>(list->size()));
+    key.second.insert(key.second.end(), list->begin(), list->end());
+  }
+  if (const ModelPtr* found = known.find(key)) return *found;
+  prune(s, a);
+  const Substitution constants = constants_for_open(a, s, given);
+  const ModelPtr made = made_of(source, a, s, index, constants);
+  const bool has_numbers = std::any_of(constants.begin(), constants.end(),
+                                       [](const auto& entry) { return !entry.second.is_zero(); });
+  return has_numbers ? made : known.insert(key, made, PerModel<ModelPtr>::size_of(*made));
+}
+
 }  // namespace
-
-std::unordered_map<Expr, double> values_at_regular_point(const Model& m, int order) {
-  const auto at = regular_point(m, order, {});
-  if (!at) return {};
-  auto values = at->known;
-  for (std::size_t j = 0; j < at->columns.size(); ++j) values[at->columns[j]] = at->w[j];
-  return values;
-}
-
-std::unordered_map<Expr, double> derivatives_near(const ModelPtr& array,
-                                                  const std::unordered_map<Expr, double>& point) {
-  const ModelPtr source = to_first_order(original(array));
-  constexpr int trials = 4;
-  const StagedPoints stages(*source, differentiation_index(*source).index);
-  std::unordered_map<Expr, double> found;
-  const auto states = static_cast<Index>(source->variables.size());
-  for (int seed = 0; seed < trials && found.empty(); ++seed)
-    if (const auto at = stages.point(seed, point, states))
-      for (std::size_t j = 0; j < stages.columns().size(); ++j)
-        found[resolve(*array, stages.columns()[j])] = at->w[j];
-  return found;
-}
 
 ModelPtr reduce_array(const ModelPtr& model, const ReduceOptions& options) {
   const ModelPtr source = to_first_order(original(model));
@@ -404,14 +311,15 @@ ModelPtr reduce_array(const ModelPtr& model, const ReduceOptions& options) {
   auto near = options.at;
   for (const auto& [leaf, value] : options.at)  // x′ is v_x in a model of second order
     if (const Expr own = resolve(*source, leaf); own.is_symbol()) near.emplace(own, value);
-  const auto at = regular_point(*source, index, near);
+  static PerModel<ArrayEquationsPtr> known;
+  const ArrayEquationsPtr equations =
+      known.of(source, [&] { return std::make_shared<const ArrayEquations>(*source, index); });
+  const auto at = regular_point(*source, equations, near);
   if (!at)
     throw Failure(
         text("form \"array\": no point was found at which the equations and their derivatives up to order ",
              index, " determine the derivatives of all unknowns"));
-  ArraySelection selection = select(*at, *source);
-  prune(selection, *at);
-  return made_of(source, *at, selection, index, !options.at.empty());
+  return form_of(source, *at, select(*at, *source), index, !options.at.empty());
 }
 
 }  // namespace pendula::dae

@@ -15,6 +15,7 @@
 #include "dae/model/derivation_markup.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/model/make_model.hpp"
+#include "dae/model/model_key.hpp"
 #include "dae/rank/rank.hpp"
 #include "dae/reduce/reduced_forms.hpp"
 #include "dae/regularise/regularise.hpp"
@@ -28,11 +29,11 @@ namespace pendula::dae {
 namespace {
 
 using Index = Eigen::Index;
-using Numbers = std::unordered_map<Expr, double>;
+using PointValues = std::unordered_map<Expr, double>;
 
 /// The slopes at a point that gives the unknowns and possibly parameters; other parameters have their values
 /// in the model.
-std::vector<double> slopes_at(const DummyPivoting& pivoting, const Model& m, Numbers values) {
+std::vector<double> slopes_at(const DummyPivoting& pivoting, const Model& m, PointValues values) {
   for (Expr leaf : leaves(pivoting.slopes)) {
     if (symbol_of(leaf).kind == Kind::constant || values.count(leaf)) continue;
     const auto it = m.values.find(leaf);
@@ -46,24 +47,26 @@ std::vector<double> slopes_at(const DummyPivoting& pivoting, const Model& m, Num
 
 }  // namespace
 
-DummySelection select_dummies(const ModelPtr& m, const Numbers& point) {
-  const DummyPivoting pivoting(m);
+DummySelection select_dummies(const ModelPtr& m, const PointValues& point) {
+  const std::shared_ptr<const DummyPivoting> shared = shared_pivoting(m);
+  const DummyPivoting& pivoting = *shared;
   if (!point.empty()) return pivoting.best(slopes_at(pivoting, *m, point));
   // If the slopes are undefined at the first point (sinh(10⁹ x) at x = 1), the next one is used.
-  const std::function<Numbers()> points[] = {
+  const std::function<PointValues()> points[] = {
       [&] { return pivoting.generic_point(false); }, [&] { return pivoting.generic_point(true); },
       [&] { return values_at_regular_point(*m, require_regular(*m).index); }};
   std::exception_ptr first;
   for (const auto& next : points) try {
-      if (const Numbers there = next(); !there.empty()) return pivoting.best(slopes_at(pivoting, *m, there));
+      if (const PointValues there = next(); !there.empty()) return pivoting.best(slopes_at(pivoting, *m, there));
     } catch (const Failure&) {
       if (!first) first = std::current_exception();
     }
   std::rethrow_exception(first);
 }
 
-double dummy_quality(const ModelPtr& m, const DummySelection& selection, const Numbers& point) {
-  const DummyPivoting pivoting(m);
+double dummy_quality(const ModelPtr& m, const DummySelection& selection, const PointValues& point) {
+  const std::shared_ptr<const DummyPivoting> shared = shared_pivoting(m);
+  const DummyPivoting& pivoting = *shared;
   return pivoting.quality(selection,
                           slopes_at(pivoting, *m, point.empty() ? pivoting.generic_point(false) : point));
 }
@@ -179,10 +182,8 @@ void tell_choice(const std::vector<Expr>& rows, const Model& m, const Offsets& o
   tell("They can be solved for these unknowns", where, ".");
 }
 
-}  // namespace
-
-ModelPtr reduce_dummy(const ModelPtr& model, const DummySelection& selection) {
-  const ModelPtr source = regular_form(original(model));
+/// Of a regular source. Says nothing of the numbers that the selection was made with.
+ModelPtr made_with(const ModelPtr& source, const DummySelection& selection) {
   const Analysis a = require_regular(*source);
   if (selection.dummies.empty()) refuse_form("dummy", *source, "no equation that has to be differentiated");
   ModelOptions options = child_of(source);
@@ -216,21 +217,37 @@ ModelPtr reduce_dummy(const ModelPtr& model, const DummySelection& selection) {
       text("     ", names_of(selection.dummies), " are replaced by the dummy derivatives ", names_of(made)));
   tell_choice(highest, *source, a.offsets, selection, options.trace);
   options.trace.push_back(text("     States: ", names_of(states), "."));
-  options.trace.push_back(shown_from(
-      Detail::full,
-      text("     Quality of the choice ", rounded(selection.quality, 3),
-           " (1 for the best choice there is, 0 where J is singular); integrate() compares it with the best "
-           "choice after every step and changes where that is twice as good (sol:switches()).")));
   options.trace.push_back("     Every constraint is an equation, so nothing drifts; the index is 1.");
   return make_model(std::move(blocks), std::move(options));
 }
 
-ModelPtr reduce_dummy(const ModelPtr& model, const ReduceOptions& options) {
+}  // namespace
+
+ModelPtr reduce_dummy(const ModelPtr& model, const DummySelection& selection) {
+  using Key = std::pair<ModelPtr, std::vector<Expr>>;
+  struct Hash {
+    std::size_t operator()(const Key& key) const {
+      std::size_t h = std::hash<ModelPtr>()(key.first);
+      for (Expr leaf : key.second) h = 31 * h + leaf.id();
+      return h;
+    }
+  };
+  static LruCache<Key, ModelPtr, Hash> known(PerModel<ModelPtr>::capacity);
   const ModelPtr source = regular_form(original(model));
-  const DummySelection selection = select_dummies(source, options.at);
-  const ModelPtr done = reduce_dummy(model, selection);
-  if (!options.at.empty()) return done;
-  auto copy = std::make_shared<Model>(*done);
+  const Key key{source, selection.dummies};
+  if (const ModelPtr* found = known.find(key)) return *found;
+  return known.insert(key, made_with(source, selection), PerModel<ModelPtr>::size_of(*source));
+}
+
+ModelPtr reduce_dummy(const ModelPtr& model, const ReduceOptions& options) {
+  const DummySelection selection = select_dummies(regular_form(original(model)), options.at);
+  auto copy = std::make_shared<Model>(*reduce_dummy(model, selection));
+  const std::string quality =
+      text("     Quality of the choice ", rounded(selection.quality, 3),
+           " (1 for the best choice there is, 0 where J is singular); integrate() compares it with the best "
+           "choice after every step and changes where that is twice as good (sol:switches()).");
+  copy->trace.insert(copy->trace.end() - 1, shown_from(Detail::full, quality));
+  if (!options.at.empty()) return copy;
   copy->trace.push_back(shown_from(Detail::full,
                                    "     The states were chosen at a generic point; reduce(\"dummy\", { at = "
                                    "sys:init{ … } }) chooses them at a start."));

@@ -101,6 +101,8 @@ class DummyPivoting {
   std::vector<Entry> entries_;
   Vec unit_;  ///< of the variables: the choice must not depend on units
 };
+/// The one of a model in use.
+std::shared_ptr<const DummyPivoting> shared_pivoting(const ModelPtr& source);
 
 /// The best selection at a point. `model` is the one to be reduced; the point gives states, parameters,
 /// inputs and t of it; empty: a generic point, or a consistent one where the equations have no value there.
@@ -112,7 +114,8 @@ Expr original_leaf(const Model& dummy, Expr leaf);
 /// The selection that a model of form "dummy" was made with.
 DummySelection selection_of(const Model& dummy);
 
-/// "dummy": all equations and all derivatives of them, index 1, with this selection.
+/// "dummy": all equations and all derivatives of them, index 1, with this selection; the last ones made are
+/// remembered, since runs change from one to another and back.
 /// see       Mattsson & Söderlind, SIAM J. Sci. Comput. 14(3), 1993
 ModelPtr reduce_dummy(const ModelPtr& model, const DummySelection& selection);
 ModelPtr reduce_dummy(const ModelPtr& model, const ReduceOptions& options);

@@ -6,6 +6,7 @@
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
 #include "dae/model/make_model.hpp"
+#include "dae/model/model_key.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/tidied.hpp"
 
@@ -180,9 +181,12 @@ std::optional<Regularised> regularise(const ModelPtr& model, std::vector<std::st
 
 ModelPtr regular_form(const ModelPtr& model) {
   const Analysis as_written = analyse(*model);
-  if (!as_written.regular && as_written.offsets.unmatched.empty())
-    if (const auto regularised = regularise(model)) return regularised->model;
-  return model;
+  if (as_written.regular || !as_written.offsets.unmatched.empty()) return model;
+  static PerModel<ModelPtr> known;  // every start asks
+  return known.of(model, [&] {
+    const auto regularised = regularise(model);
+    return regularised ? regularised->model : model;
+  });
 }
 
 }  // namespace pendula::dae

@@ -68,7 +68,8 @@ class StateReselection {
       : first_(model),
         simulation_(simulation),
         source_(dae::original(model)),
-        pivoting_(source_),
+        shared_pivoting_(dae::shared_pivoting(source_)),
+        pivoting_(*shared_pivoting_),
         whole_(model, simulation, original_leaves(*model, *make_problem(model, simulation))) {}
 
   TrajectoryPtr run() {
@@ -145,7 +146,8 @@ class StateReselection {
   dae::ModelPtr first_;
   const Simulation& simulation_;
   dae::ModelPtr source_;
-  dae::DummyPivoting pivoting_;
+  std::shared_ptr<const dae::DummyPivoting> shared_pivoting_;
+  const dae::DummyPivoting& pivoting_;
   SolutionInParts whole_;
   std::optional<dae::DummySelection> next_;
 };

@@ -1,0 +1,40 @@
+// A point at which the derivative array determines the derivatives of all unknowns: where the rows of form
+// "array" are chosen.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+#include "base/math.hpp"
+#include "dae/points/array_points.hpp"
+#include "dae/points/derivative_array.hpp"
+
+namespace pendula::dae {
+
+/// F_k, as expressions and with numbers; nothing of a point.
+struct ArrayEquations {
+  DerivativeArray array;
+  std::optional<NumericArray> numeric;  ///< empty where there are too many unknowns
+  ArrayEquations(const Model& m, int order);
+};
+using ArrayEquationsPtr = std::shared_ptr<const ArrayEquations>;
+
+/// A point of F_k = 0, and the equilibrated Jacobian there.
+struct ArrayAt {
+  ArrayEquationsPtr equations;
+  const DerivativeArray& array;
+  std::vector<Expr> columns;
+  Vec w;
+  Mat J;
+  Eigen::Index states, first;
+  std::unordered_map<Expr, double> known;  ///< t, inputs, parameters
+};
+
+/// A point of F_k = 0 that determines x′ and at which the rank of the rows is the largest found. Searched
+/// near the given values if there are any.
+std::optional<ArrayAt> regular_point(const Model& m, const ArrayEquationsPtr& equations,
+                                     const std::unordered_map<Expr, double>& near);
+
+}  // namespace pendula::dae
