@@ -55,6 +55,7 @@ struct Systems {
   std::deque<int> users;                             ///< of each matrix: number of systems
   std::deque<std::size_t> system_hash, matrix_hash;  ///< keys in these tables
   std::unordered_multimap<std::size_t, std::uint32_t> system_table, matrix_table;
+  std::vector<std::uint32_t> free_systems, free_matrices;  ///< places of what was given back
 
   /// entries: sorted by rows.
   std::uint32_t intern(const std::vector<Entry>& entries, const VecX& b, Symmetry known) {
@@ -76,10 +77,11 @@ struct Systems {
     s.leading = known.leading;
     place_matrix(s, entries, matrix);
     ++users[s.matrix];
-    list.push_back(std::move(s));
-    const auto index = static_cast<std::uint32_t>(list.size() - 1);
+    const std::uint32_t index = place_in(list, free_systems);
+    list[index] = std::move(s);
     system_table.emplace(h, index);
-    system_hash.push_back(h);
+    system_hash.resize(list.size());
+    system_hash[index] = h;
     return index;
   }
 
@@ -87,12 +89,26 @@ struct Systems {
     const std::uint32_t matrix = list[index].matrix;
     remove(system_table, system_hash[index], index);
     list[index] = {};
+    free_systems.push_back(index);
     if (--users[matrix] > 0) return;
     remove(matrix_table, matrix_hash[matrix], matrix);
     matrices[matrix] = {};
+    free_matrices.push_back(matrix);
   }
 
  private:
+  /// A free place, or a new one at the end.
+  template <class T>
+  static std::uint32_t place_in(std::deque<T>& list, std::vector<std::uint32_t>& free) {
+    if (free.empty()) {
+      list.emplace_back();
+      return static_cast<std::uint32_t>(list.size() - 1);
+    }
+    const std::uint32_t place = free.back();
+    free.pop_back();
+    return place;
+  }
+
   static void remove(std::unordered_multimap<std::size_t, std::uint32_t>& table, std::size_t hash,
                      std::uint32_t number) {
     const auto [first, last] = table.equal_range(hash);
@@ -116,11 +132,13 @@ struct Systems {
       s.transposed = true;
       return;
     }
-    matrices.push_back(matrix);
-    users.push_back(0);
-    s.matrix = static_cast<std::uint32_t>(matrices.size() - 1);
-    matrix_hash.push_back(hash_of(matrix));
-    matrix_table.emplace(matrix_hash.back(), s.matrix);
+    s.matrix = place_in(matrices, free_matrices);
+    matrices[s.matrix] = matrix;
+    users.resize(matrices.size());
+    matrix_hash.resize(matrices.size());
+    users[s.matrix] = 0;
+    matrix_hash[s.matrix] = hash_of(matrix);
+    matrix_table.emplace(matrix_hash[s.matrix], s.matrix);
   }
 };
 

@@ -142,10 +142,12 @@ void collect_if_grown(lua_State* L) {
   limit = std::max(256 * MiB, 2 * resident());
 }
 
-/// A window ends after this number of new expressions, at least, and after this multiple of the number
-/// made by the largest call. Cached results are discarded with a window. That pays if many calls have
-/// made few expressions each; a single call that made most of them, for a large model, would have to
-/// compute them again.
+/// A window ends after this number of new expressions, at least, and after half of those that were kept
+/// when it began, and after this multiple of the number made by the largest call. Half: a model that is
+/// alive when a window ends, as in sys:reduce():integrate{ … }, keeps all of that window until the next one
+/// ends; where the next one were as long as what is kept, windows would become longer without bound. Cached
+/// results are discarded with a window. That pays if many calls have made few expressions each; a single
+/// call that made most of them, for a large model, would have to compute them again.
 struct WindowLength {
   std::uint32_t fewest = 1 << 15;  // 10 MB
   std::uint32_t calls = 8;
@@ -164,7 +166,7 @@ void begin_window_if_grown(lua_State* L) {
   static std::uint32_t begin = of_the_library, last = begin, most_of_one_call = 0, kept = 0;
   const std::uint32_t size = graph_size(), made = size - begin;
   most_of_one_call = std::max(most_of_one_call, size - std::exchange(last, size));
-  if (made >= std::max(length.fewest, kept) && made / length.calls >= most_of_one_call) {
+  if (made >= std::max(length.fewest, kept / 2) && made / length.calls >= most_of_one_call) {
     lua_gc(L, LUA_GCCOLLECT);
     give_back(windows_in_use(), touch_known_expressions);
     begin = size;

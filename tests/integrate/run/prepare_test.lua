@@ -38,6 +38,12 @@ local cases = {
     fixed = { method = "rodas" }, start = { x = 1 }, other = { x = -2 }, params = { k = 300 } },
   piecewise = { make = function() return dae { der(x) ~ v, der(v) ~ -k*max(x, 0) - x } end,
     start = { x = 1, v = 0 }, other = { x = -1, v = 0 }, params = { k = 50 } },
+  ["a border that moves"] = { make = function() return dae { der(x) ~ v, der(v) ~ -x - max(x - k/4, 0) } end,
+    start = { x = 1, v = 0 }, other = { x = -1, v = 2 }, params = { k = 3 } },
+  -- no jump for k = 2, a jump of 1 for k = 3
+  ["a border that becomes a jump"] = { make = function()
+    return dae { der(x) ~ v, der(v) ~ -x + ifelse(lt(x, 0.5), 0, 2 - k) } end,
+    start = { x = 1, v = 0 }, other = { x = 0, v = 2 }, params = { k = 3 } },
   ["with an event"] = { make = function() return dae { der(x) ~ v, der(v) ~ -g } end,
     fixed = { events = { { when = x, direction = -1, reset = { [v] = -0.9*v } } } },
     start = { x = 1, v = 0 }, other = { x = 2, v = 1 }, params = { g = 1.62 } },
@@ -45,7 +51,7 @@ local cases = {
     fixed = { sensitivities = { k } }, start = { x = 1, v = 0 }, other = { x = 0, v = 3 },
     params = { k = 7 } },
 }
-for _, form in ipairs { "project", "acc", "ggl", "baumgarte", "dummy" } do
+for _, form in ipairs { "project", "acc", "ggl", "baumgarte", "dummy", "array" } do
   cases["pendulum, " .. form] = { make = function()
     return dae { der(x) ~ u, der(y) ~ w, der(u) ~ -z*x, der(w) ~ -z*y - g, 0 ~ x^2 + y^2 - 1 } end,
     fixed = { form = form }, start = { x = 1, y = 0, u = 0, w = 0 },
