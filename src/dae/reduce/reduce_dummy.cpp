@@ -57,7 +57,8 @@ DummySelection select_dummies(const ModelPtr& m, const PointValues& point) {
       [&] { return values_at_regular_point(*m, require_regular(*m).index); }};
   std::exception_ptr first;
   for (const auto& next : points) try {
-      if (const PointValues there = next(); !there.empty()) return pivoting.best(slopes_at(pivoting, *m, there));
+      if (const PointValues there = next(); !there.empty())
+        return pivoting.best(slopes_at(pivoting, *m, there));
     } catch (const Failure&) {
       if (!first) first = std::current_exception();
     }
