@@ -85,6 +85,8 @@ class EventFinder {
   bool empty() const { return events_->empty(); }
   /// Its condition is one of t and parameters.
   bool is_moment(std::size_t which) const { return conditions_->clock[which]; }
+  /// The equations give its slope; that of one with z or x′ is measured.
+  bool knows_slope(std::size_t which) const { return conditions_->slope_known[which] != 0; }
   /// A condition inside a step.
   double value(Stepper& stepper, const StepView& step, int which, double t);
   /// The times of the run. A condition that is 0 to rounding at its end is a root.

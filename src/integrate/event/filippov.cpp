@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/error.hpp"
 #include "expr/graph/derivative.hpp"
+#include "expr/graph/solve.hpp"
 #include "expr/rewrite/rewrite.hpp"
 
 namespace pendula::integrate {
@@ -16,19 +18,72 @@ bool is_zero_at(Expr e, const Values& at) {
   return !std::isfinite(value) || value == 0;
 }
 
-/// s′ with the given expressions for x′; empty if s contains anything but t, x, parameters and constants.
-std::optional<Expr> rate(Expr s, const dae::FirstOrder& form, const std::vector<Expr>& xdot) {
-  Expr result = partial(s, time_symbol());
-  for (Expr leaf : leaves({&s, 1})) {
-    if (leaf == time_symbol() || symbol_of(leaf).kind == Kind::constant) continue;
-    const auto i = std::find(form.x.begin(), form.x.end(), leaf);
-    if (i != form.x.end())
-      result += partial(s, leaf) * xdot[i - form.x.begin()];
-    else if (std::find(form.p.begin(), form.p.end(), leaf) == form.p.end())
-      return {};
-  }
-  return result;
+bool is_one_of(Expr leaf, const std::vector<Expr>& list) {
+  return std::find(list.begin(), list.end(), leaf) != list.end();
 }
+
+bool depends_on(Expr e, const std::vector<Expr>& list) {
+  const std::vector<Expr> inside = leaves({&e, 1});
+  return std::any_of(inside.begin(), inside.end(), [&](Expr leaf) { return is_one_of(leaf, list); });
+}
+
+/// Time derivatives with the given expressions for x′, and those of z from the equations without x′:
+/// 0 = g(t, x, z), z′ = -g_z⁻¹ (g_t + g_x x′).
+class Rates {
+ public:
+  Rates(const dae::FirstOrder& form, const std::vector<Expr>& xdot) : form_(form), xdot_(xdot) {}
+
+  /// s′; empty if s contains inputs, whose derivatives are unknown, or z that has none.
+  std::optional<Expr> operator()(Expr s) {
+    std::optional<Expr> result = along_states(s);
+    if (!result || !depends_on(s, form_.z)) return result;
+    if (!zdot_) zdot_ = rates_of_z();
+    if (zdot_->empty()) return {};
+    for (std::size_t j = 0; j < form_.z.size(); ++j) *result += partial(s, form_.z[j]) * (*zdot_)[j];
+    return result;
+  }
+  std::vector<Expr> algebraic() const {
+    std::vector<Expr> g;
+    for (Expr row : form_.F)
+      if (!depends_on(row, form_.xdot)) g.push_back(row);
+    return g;
+  }
+
+ private:
+  std::optional<Expr> along_states(Expr s) const {
+    Expr result = partial(s, time_symbol());
+    for (Expr leaf : leaves({&s, 1})) {
+      if (leaf == time_symbol() || symbol_of(leaf).kind == Kind::constant || is_one_of(leaf, form_.z))
+        continue;
+      const auto i = std::find(form_.x.begin(), form_.x.end(), leaf);
+      if (i != form_.x.end())
+        result += partial(s, leaf) * xdot_[i - form_.x.begin()];
+      else if (!is_one_of(leaf, form_.p))
+        return {};
+    }
+    return result;
+  }
+  std::vector<Expr> rates_of_z() const {
+    const std::vector<Expr> g = algebraic();
+    VecX right(static_cast<Eigen::Index>(g.size()));
+    for (std::size_t i = 0; i < g.size(); ++i) {
+      const std::optional<Expr> slope = along_states(g[i]);
+      if (!slope) return {};
+      right[i] = -*slope;
+    }
+    if (g.size() != form_.z.size()) return {};
+    try {
+      const VecX solution = linear_solution(sparse_jacobian(g, form_.z), right);
+      return {solution.begin(), solution.end()};
+    } catch (const Error&) {  // a z that no equation determines
+      return {};
+    }
+  }
+
+  const dae::FirstOrder& form_;
+  const std::vector<Expr>& xdot_;
+  std::optional<std::vector<Expr>> zdot_;
+};
 
 /// The equations on the two sides of the border.
 class Sides {
@@ -90,12 +145,13 @@ Substitution on_border(Expr s, const dae::FirstOrder& form) {
 /// false if no derivative jumps.
 bool slide_by_slope(SlidingForm& sliding, Expr border, const Sides& sides, bool has_root, const Values& at) {
   constexpr int highest = 3;
+  Rates rate(sliding.form, sliding.form.f);
   std::vector<Expr> conditions{border};
   const Substitution on = has_root ? on_border(border, sliding.form) : Substitution{};
   if (has_root && on.empty()) return false;
   const auto here = [&](Expr e) { return has_root ? simplify(substitute(e, on)) : e; };
   for (int order = 1; order <= highest; ++order) {
-    const auto slope = rate(conditions.back(), sliding.form, sliding.form.f);
+    const auto slope = rate(conditions.back());
     if (!slope) return false;
     const Expr D = here(sides.jump(*slope));
     if (D.is_zero()) {
@@ -107,7 +163,8 @@ bool slide_by_slope(SlidingForm& sliding, Expr border, const Sides& sides, bool 
     if (has_root)
       for (auto* list : {&sliding.form.F, &sliding.form.f, &sliding.form.g, &sliding.weights})
         for (Expr& e : *list) e = here(e);
-    sliding.conditions.insert(sliding.conditions.end(), conditions.begin(), conditions.end());
+    for (Expr condition : conditions)
+      if (!depends_on(condition, sliding.form.z)) sliding.conditions.push_back(condition);
     return true;
   }
   return false;
@@ -121,7 +178,7 @@ bool slide_along(SlidingForm& sliding, Expr border, const Substitution& above, c
   const Sides sides(above, below);
   if (form.semi_explicit && slide_by_slope(sliding, border, sides, has_root, at)) return true;
   if (has_root) return false;
-  const auto by_states = rate(border, form, form.xdot);
+  const auto slope = Rates(form, form.xdot)(border);
   const auto row = eliminated_row(form.F, sides, at);
   if (!row) return false;
   const Expr a = sides.plus(form.F[*row]), b = sides.jump(form.F[*row]);
@@ -129,8 +186,8 @@ bool slide_along(SlidingForm& sliding, Expr border, const Substitution& above, c
   form.f.clear();
   form.g.clear();
   combine_all(sliding, sides, a, b);
-  form.F[*row] = by_states ? *by_states : border;
-  if (by_states) sliding.conditions.push_back(border);
+  form.F[*row] = slope ? *slope : border;
+  if (slope && !depends_on(border, form.z)) sliding.conditions.push_back(border);
   return true;
 }
 

@@ -6,7 +6,8 @@
 //   x′ = (1 - μ) f₊ + μ f₋,   0 = s′,   μ ∈ [0, 1]
 //
 // of an implicit model the same combination of its residuals. μ is eliminated, so that the unknowns remain
-// those of the model: from s′ = 0 with f₊ and f₋ written into it where the model is semi-explicit (from
+// those of the model: from s′ = 0 with f₊ and f₋, and z′ from 0 = g, written into it where the model is
+// semi-explicit (from
 // s″ = 0 where s′ does not jump on the border, as of √|s| sign(s)), else from one residual, whose place
 // s′ = 0 takes. The solution leaves the border where μ leaves [0, 1].
 //

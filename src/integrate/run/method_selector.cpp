@@ -71,6 +71,13 @@ void MethodSelector::change(const MethodFamily& family, double dt, const std::st
   state_.plan.dt_first = first;
 }
 
+bool MethodSelector::start_implicitly(const Point& point) {
+  if (!is_automatic() || !state_.stepper().is_explicit()) return false;
+  needs_implicit_ = true;
+  use(family::radau, point, "an explicit method cannot slide along this border");
+  return true;
+}
+
 /// If the method in use fails, one of the other kind may succeed: radau for an explicit one, and an explicit
 /// one where it has been in use before.
 void MethodSelector::step() {
@@ -261,7 +268,7 @@ bool MethodSelector::higher_order_is_cheaper() const {
 
 bool MethodSelector::may_become_explicit() const {
   const auto& index = state_.plan.variable_index;
-  return !couplings_ && !method_.explicit_choice.empty() && state_.problem->n() > 0 &&
+  return !needs_implicit_ && !couplings_ && !method_.explicit_choice.empty() && state_.problem->n() > 0 &&
          !(explicit_ && explicit_->costs_more) &&
          std::none_of(index.begin(), index.end(), [](int i) { return i > 1; });
 }

@@ -21,6 +21,9 @@ class MethodSelector {
   void start(const Point& point);
   /// The method in use, for the state's problem, which has changed. It has to begin at a point then.
   void renew();
+  /// Begins by an implicit method where the explicit one that "auto" has chosen cannot, since an equation
+  /// there determines x itself; for the rest of the run. False for other methods.
+  bool start_implicitly(const Point& point);
   /// One step; where the method that "auto" has chosen cannot go on, one of the other kind may.
   void step();
   /// Explicit → implicit where stiffness begins, and back where explicit steps would be less work, when it
@@ -57,9 +60,10 @@ class MethodSelector {
   StepCosts costs_;                                   ///< where the work of steps was counted
   std::optional<ExplicitWork> explicit_;              ///< known where an implicit method has been used
   ExplicitForecast forecast_;
-  SteadySteps steady_;          ///< of the method in use
-  int failures_recovered_ = 0;  ///< steps of an implicit method that failed, and an explicit one went on
-  bool is_lasting_ = false;     ///< steps of a Rosenbrock method turned out to be many
+  SteadySteps steady_;           ///< of the method in use
+  int failures_recovered_ = 0;   ///< steps of an implicit method that failed, and an explicit one went on
+  bool is_lasting_ = false;      ///< steps of a Rosenbrock method turned out to be many
+  bool needs_implicit_ = false;  ///< see start_implicitly()
   /// The explicit method in use, and what the implicit one before has cost.
   struct {
     long begin = 0;                         ///< steps

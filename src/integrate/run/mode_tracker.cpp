@@ -152,11 +152,12 @@ double ModeTracker::slope_ahead(int which, const Point& point, double share) {
   Point ahead = point;
   const auto solve = [&] { return derivative(ahead.t, ahead.x.data(), ahead.xdot.data(), ahead.z.data()); };
   if (!solve()) return 0;
+  const Point here = ahead;
   const double dt = share * state_.interval();
   ahead.t += dt;
   ahead.x += dt * ahead.xdot;
   if (!solve()) return 0;
-  return state_.finder.slope_between(which, point, ahead);
+  return state_.finder.slope_between(which, here, ahead);
 }
 
 /// The side on which a solution continues that lies on a surface and does not leave it to first
@@ -170,10 +171,17 @@ double ModeTracker::side_ahead(int which, const Point& point) {
 std::vector<int> ModeTracker::set_modes(const Point& point, const Crossings& crossed) {
   std::vector<double> sides(borders_.size(), 0.0);
   for (std::size_t i = 0; i < sides.size(); ++i) sides[i] = state_.finder.side(static_cast<int>(i));
-  for (const auto& crossing : crossed)
-    if (static_cast<std::size_t>(crossing.which) < sides.size())
-      if (double& side = sides[crossing.which]; side == 0) side = crossing.rising ? 1 : -1;
   const std::vector<double> before = modes_;
+  for (const auto& crossing : crossed) {
+    if (static_cast<std::size_t>(crossing.which) >= sides.size() || sides[crossing.which] != 0) continue;
+    sides[crossing.which] = crossing.rising ? 1 : -1;
+    // with z in its condition only a look ahead shows whether the branch behind the border leads back to it
+    const Event& event = events()[crossing.which];
+    if (before.empty() || event.modes.empty() || event.smoothness != Smoothness::open ||
+        state_.finder.knows_slope(crossing.which))
+      continue;
+    if (const double ahead = side_ahead(crossing.which, point); ahead != 0) sides[crossing.which] = ahead;
+  }
   use(sides);
   for (std::size_t i = 0; i < sides.size(); ++i)
     if (sides[i] == 0 && is_frozen(i) && !events()[i].modes.empty())

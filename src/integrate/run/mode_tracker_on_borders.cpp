@@ -128,7 +128,11 @@ bool ModeTracker::slide(int which, Point& point) {
     rebuild(point);
     Point there = point;
     state_.problem->project(there.t, there.x);
-    state_.stepper().start(there, state_.end);
+    try {
+      state_.stepper().start(there, state_.end);
+    } catch (const Failure&) {
+      if (!method_.start_implicitly(there)) throw;
+    }
     point = there;
   } catch (const UserFacing&) {
     border.treatment = Treatment::frozen;
