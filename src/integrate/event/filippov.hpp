@@ -7,9 +7,8 @@
 //
 // of an implicit model the same combination of its residuals. μ is eliminated, so that the unknowns remain
 // those of the model: from s′ = 0 with f₊ and f₋, and z′ from 0 = g, written into it where the model is
-// semi-explicit (from
-// s″ = 0 where s′ does not jump on the border, as of √|s| sign(s)), else from one residual, whose place
-// s′ = 0 takes. The solution leaves the border where μ leaves [0, 1].
+// semi-explicit (from s″ = 0 where s′ does not jump on the border, as of √|s| sign(s)), else from one
+// residual, whose place s′ = 0 takes. The solution leaves the border where μ leaves [0, 1].
 //
 // see  Filippov, Differential Equations with Discontinuous Righthand Sides, 1988, §4;
 //      docs/derivations.md#sliding
