@@ -84,3 +84,38 @@ test("targets that are samples or functions of Lua: by implicit methods, which a
     end
   end
 end)
+
+test("random models: borders of z = h(x), a function that grows, are those of x", function()
+  math.randomseed(30112026)
+  local function u() return 2*math.random() - 1 end
+  local wrong = {}
+  for model = 1, 12 do
+    local n = math.random(1, 3)
+    local states, shown = var("x", n), var("z", n)
+    local start, of_x, of_z = {}, {}, {}
+    for i = 1, n do
+      local s = u()/2 + u()*sin((1 + math.random())*t)
+      for k = 1, n do s = s + u()*states[k] end
+      local b, rest = u(), 2*u()*sin((1 + math.random())*t + u()) - states[i]*(0.2 + math.random())
+      local function branches(border) return ifelse(lt(border, 0), sqrt(1.5 + sin(states[1])), b - states[i]) end
+      of_x[i] = der(states[i]) ~ branches(s) + rest
+      of_z[i] = der(states[i]) ~ branches(shown[i]) + rest
+      of_z[n + i] = 0 ~ shown[i] + (1 + math.random())*shown[i]^3 + 0.3*sin(shown[i]) - s
+      start[i] = u()
+    end
+    local exact = dae(of_x):integrate { to = 8, start = { [states] = start }, method = "radau", rtol = 1e-10,
+      atol = 1e-10 }
+    local sys = dae(of_z)
+    local from = sys:init { fix = { [states] = start } }
+    for _, method in ipairs { "auto", "dop853", "dopri5", "radau", "rodas", "bdf" } do
+      local sol = sys:integrate { to = 8, start = from, method = method, rtol = 1e-6, atol = 1e-6 }
+      for i = 1, n do
+        local off = math.abs(sol:final(states[i]) - exact:final(states[i]))
+        if sol.status ~= "finished" or not (off <= 1e-4) then
+          wrong[#wrong + 1] = ("%d, %s: %s, off by %.3g"):format(model, method, sol.status, off)
+        end
+      end
+    end
+  end
+  expect(table.concat(wrong, "\n")):equals ""
+end)
