@@ -390,7 +390,7 @@ void EventHandler::check_accumulation(Point& point, const EventFinder::Hit& hit)
     return;
   }
   state_.reached = point.t;
-  if (event.surface) throw ModeTracker::chattering(event);
+  if (event.surface) throw modes_.chattering(event);
   throw accumulation(event);
 }
 

@@ -24,11 +24,16 @@ void ModeTracker::initialise(const Point& point) {
   set_modes(point, {});
 }
 
-Failure ModeTracker::chattering(const Event& surface) {
-  return Failure(
-      text("chattering: the solution crosses ", to_text(surface.when),
-           " = 0 again and again, and no combination of both sides keeps it there. Regularise the ",
-           "equations, for example tanh(s/1e-3) in place of sign(s)"));
+Failure ModeTracker::chattering(const Event& surface) const {
+  const std::string what =
+      text("chattering: the solution crosses ", to_text(surface.when), " = 0 again and again, and ");
+  for (Expr leaf : leaves({&surface.when, 1}))
+    if (symbol_of(leaf).kind == Kind::input && state_.stepper().is_explicit())
+      return Failure(text(what, "explicit methods cannot slide along it, since the slope of the input ",
+                          to_text(leaf), " is unknown. Take method = \"radau\", or give ", to_text(leaf),
+                          " as an expression of t"));
+  return Failure(text(what, "no combination of both sides keeps it there. Regularise the equations, for ",
+                      "example tanh(s/1e-3) in place of sign(s)"));
 }
 
 void ModeTracker::begin(const Point& point, const Crossings& crossed) {

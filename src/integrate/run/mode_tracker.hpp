@@ -68,7 +68,7 @@ class ModeTracker {
   void report() const;
 
   /// Why a run ends that goes on on no side of a surface, nor along it.
-  static Failure chattering(const Event& surface);
+  Failure chattering(const Event& surface) const;
 
  private:
   struct Border {

@@ -119,3 +119,10 @@ test("random models: borders of z = h(x), a function that grows, are those of x"
   end
   expect(table.concat(wrong, "\n")):equals ""
 end)
+
+test("an explicit method that cannot slide says which one can", function()
+  local u = input "u"
+  local sol = dae { der(x) ~ ifelse(lt(x - u, 0), 2, -2) }:integrate { start = { [x] = 1 }, to = 6,
+    method = "dopri5", inputs = { [u] = function(time) return math.sin(time)/2 end } }
+  expect(sol.status):matches 'chattering: .*the slope of the input u is unknown. Take method = "radau"'
+end)
