@@ -162,7 +162,8 @@ local function plane(x, y, z, outside)
   end
 end
 
-local methods = {}
+local methods = {
+  latex = function() fail "lookup: a table has no LaTeX text; take the expression, f(x), and its latex()" end }
 local about = { __index = methods, __name = "lookup",
   __call = function(self, u, v)
     if u == nil then fail "lookup: a table is called with its argument, f(x) or f(2.5)" end

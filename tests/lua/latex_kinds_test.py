@@ -128,6 +128,7 @@ refused = {                                            # kind: an object, and wh
     "animation": ("animate(sol, { vec{ x, y } })", "no LaTeX text"),
     "figure": ("plot({ 1, 2 }, { 3, 4 })", "includegraphics"),
     "fn": ("fn({ x, y }, x*y)", "take the expression"),
+    "lookup": ("lookup{ x = { 0, 1 }, y = { 0, 1 } }", "take the expression"),
     "surface": ("surface(function(x, y) return x*y end, { 0, 1 }, { 0, 1 }, 4)", "includegraphics"),
     "prepared run": ("decay:prepare{}", "no LaTeX text"),
     "part": ("el.resistor{}", "is not a model by itself"),

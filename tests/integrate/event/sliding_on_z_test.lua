@@ -97,7 +97,9 @@ test("random models: borders of z = h(x), a function that grows, are those of x"
       local s = u()/2 + u()*sin((1 + math.random())*t)
       for k = 1, n do s = s + u()*states[k] end
       local b, rest = u(), 2*u()*sin((1 + math.random())*t + u()) - states[i]*(0.2 + math.random())
-      local function branches(border) return ifelse(lt(border, 0), sqrt(1.5 + sin(states[1])), b - states[i]) end
+      local function branches(border)
+        return ifelse(lt(border, 0), sqrt(1.5 + sin(states[1])), b - states[i])
+      end
       of_x[i] = der(states[i]) ~ branches(s) + rest
       of_z[i] = der(states[i]) ~ branches(shown[i]) + rest
       of_z[n + i] = 0 ~ shown[i] + (1 + math.random())*shown[i]^3 + 0.3*sin(shown[i]) - s
