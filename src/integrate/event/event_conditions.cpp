@@ -72,6 +72,38 @@ std::vector<Expr> phases_of(GivenConditions list, const std::vector<Expr>& equat
   return phases;
 }
 
+/// What turns where a narrow part of g is highest or lowest: see EventConditions::narrow. 0: nothing does.
+Expr turning_part(Expr node) {
+  const auto has_number = [](Expr e) { return e.is_constant(); };
+  switch (node.op()) {
+    case Op::exp:
+    case Op::sqrt:
+    case Op::log:
+    case Op::asin:
+    case Op::acos:
+      return node.operand(0);
+    case Op::div:
+      return node.operand(1);
+    case Op::pow: {
+      const mpq_class* n = exact_value(node.operand(1));
+      const bool smooth = n && n->get_den() == 1 && *n >= 0;
+      return smooth || !has_number(node.operand(1)) ? Expr() : node.operand(0);
+    }
+    case Op::abs:
+    case Op::tanh:
+    case Op::atan:
+    case Op::cosh:
+      return node.operand(0) * node.operand(0);
+    case Op::min:
+    case Op::max: {
+      const Expr apart = node.operand(0) - node.operand(1);
+      return apart * apart;
+    }
+    default:
+      return {};
+  }
+}
+
 EventConditions conditions_of(const Problem& problem, GivenConditions list) {
   const dae::FirstOrder& model = problem.model();
   const LeafSet known(problem.arguments().begin(), problem.arguments().end());
@@ -108,6 +140,24 @@ EventConditions conditions_of(const Problem& problem, GivenConditions list) {
   const std::vector<Expr> phases = phases_of(list, model.F, is_known, out);
   outputs.insert(outputs.end(), slopes.begin(), slopes.end());
   outputs.insert(outputs.end(), phases.begin(), phases.end());
+  std::vector<Expr> bends;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    if (list[i].guard) continue;
+    const Expr when = list[i].when;
+    std::unordered_set<Expr> seen;
+    for (Expr node : topological({&when, 1})) {
+      if (node.is_constant() || node.is_symbol()) continue;
+      const Expr part = turning_part(node);
+      if (part.is_constant() || !seen.insert(part).second) continue;
+      const Expr bend = out.slope_known[i] ? total_derivative(part) : Expr();
+      if (out.slope_known[i] && (bend.is_constant() || !are_known(bend, true))) continue;
+      out.narrow.push_back(i);
+      out.is_exponent.push_back(node.op() == Op::exp);
+      outputs.push_back(part);
+      bends.push_back(bend);
+    }
+  }
+  outputs.insert(outputs.end(), bends.begin(), bends.end());
   for (Expr leaf : leaves(slopes)) out.needs_derivatives = out.needs_derivatives || late.count(leaf);
   out.kernel = codegen::Kernel(outputs, problem.arguments());
   return out;

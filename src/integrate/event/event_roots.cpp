@@ -32,8 +32,8 @@ bool EventFinder::stays_away(Stepper& stepper, const StepView& step) {
     const double steepest = std::max({std::fabs(da), std::fabs(dm), std::fabs(db)});
     if (lowest < std::min(a, b) && !(steepest * length < lowest)) return false;
     const double turns = std::max({last_.rate[i], probe_.rate[i], here_.rate[i]}) * length;
-    return lowest > several * (error + of_slope * slope_error) && lowest > near * std::max({a, m, b}) &&
-           turns <= 1;
+    return lowest > several * (error + of_slope * slope_error) && lowest > 2 * coarse_.errors[i] &&
+           lowest > near * std::max({a, m, b}) && turns <= 1;
   };
   sample_coarsely(stepper, step, last_.t + length / 2, probe_);
   sample_coarsely(stepper, step, step.to.t, here_);
@@ -102,11 +102,32 @@ EventFinder::Dip EventFinder::dip(Stepper& stepper, const StepView& step, int wh
     if (conditions_->measured[i] && !probe_.exact) measure_slopes(stepper, step, t, probe_);
     const double g = sign * probe_.g[i];
     if (g < 0) return {t, t, sign * g};
-    if (conditions_->measured[i] && probe_.exact) measure_slopes(stepper, step, t, probe_);
+    if (conditions_->measured[i] && probe_.exact)
+      measure_slopes(stepper, step, t, probe_, (high.t - low.t) / 8);
     const Side middle{t, g, sign * probe_.slope[i]};
     (middle.slope < 0 ? low : high) = middle;
   }
   return {{}, low.t, 0};
+}
+
+/// The bottom of the solution where it lies just beside the piece in which the coarse samples have it.
+std::optional<double> EventFinder::bottom_beside(Stepper& stepper, const StepView& step, int which,
+                                                 const Sample& a, const Sample& b) {
+  const auto i = static_cast<std::size_t>(which);
+  const double sign = b.g[i] > 0 ? 1 : -1, apart = (b.t - a.t) / 4;
+  const auto search = [&](double from, double to) -> std::optional<double> {
+    Sample low, high;
+    sample(stepper, step, from, Detail::state, low);
+    sample(stepper, step, to, Detail::state, high);
+    if (!(sign * low.slope[i] < 0) || !(sign * high.slope[i] > 0)) return {};
+    if (!(sign * low.g[i] > 0) || !(sign * high.g[i] > 0)) return {};
+    return dip(stepper, step, which, low, high, Detail::state).below;
+  };
+  if (conditions_->measured[i]) return {};
+  if (!b.exact && b.t < step.to.t)
+    if (const auto found = search(b.t, std::min(b.t + apart, step.to.t))) return found;
+  if (!a.exact && a.t - apart > last_exact_.t) return search(a.t - apart, a.t);
+  return {};
 }
 
 /// dip() on the solution, after a search on the coarse interpolant, which needs no evaluation of the
@@ -127,7 +148,7 @@ std::optional<double> EventFinder::bottom(Stepper& stepper, const StepView& step
     }
     return steepest * (step.to.t - step.from.t) < std::fabs(g);
   };
-  if (!conditions_->measured[i] || stepper.is_determined()) {
+  if ((!conditions_->measured[i] || stepper.is_determined()) && !coarse_.fails) {
     const Dip coarse = dip(stepper, step, which, a, b, Detail::coarse);
     const auto agrees = [&] {
       return std::fabs(value(stepper, step, which, coarse.t) - coarse.lowest) <=
@@ -135,7 +156,8 @@ std::optional<double> EventFinder::bottom(Stepper& stepper, const StepView& step
     };
     if (!coarse.below && coarse.lowest != 0 && (is_far(coarse.lowest) || agrees())) return {};
   }
-  return dip(stepper, step, which, a, b, Detail::state).below;
+  const auto inside = dip(stepper, step, which, a, b, Detail::state).below;
+  return inside || coarse_.fails ? inside : bottom_beside(stepper, step, which, a, b);
 }
 
 std::optional<EventFinder::Root> EventFinder::root_between(Stepper& stepper, const StepView& step, int which,
@@ -156,7 +178,7 @@ std::optional<EventFinder::Root> EventFinder::root_between(Stepper& stepper, con
       right = *touch;
       gb = below;
       // the samples at both ends may be coarse ones, and the solution further along than they say
-      if (!a.exact && !opposite(ga = value(stepper, step, which, left), gb)) {
+      if (!a.exact && (right <= left || !opposite(ga = value(stepper, step, which, left), gb))) {
         left = last_exact_.t;
         ga = last_exact_.g[i];
         if (!opposite(ga, gb)) return {};
@@ -165,7 +187,13 @@ std::optional<EventFinder::Root> EventFinder::root_between(Stepper& stepper, con
       left = *touch;
       ga = below;
       rising = !rising;
-      if (!b.exact && !opposite(ga, gb = value(stepper, step, which, right))) return {};
+      if (right <= left) return {};
+      // the return may lie behind a coarse sample
+      const double apart = (right - left) / 4;
+      while (!b.exact && !opposite(ga, gb = value(stepper, step, which, right))) {
+        if (right >= step.to.t) return {};
+        right = std::min(right + apart, step.to.t);
+      }
     }
   } else if (!wanted(i, rising)) {
     return {};

@@ -96,12 +96,17 @@ bool EventFinder::differentiate(Stepper& stepper, const StepView& step, double t
   beside_.x += apart * point_.xdot;
   if (!solve_at(stepper, beside_, accuracy)) return false;
   evaluate(point_, neighbour_);
-  const std::vector<double> g = neighbour_.g;
+  const std::vector<double> g = neighbour_.g, parts = neighbour_.narrow;
   evaluate(beside_, neighbour_);
   for (std::size_t i = 0; i < conditions_->measured.size(); ++i) {
     if (!conditions_->measured[i] || ignored_[i]) continue;
     out.slope[i] = (neighbour_.g[i] - g[i]) / apart;
     if (coarse) out.g[i] = g[i];
+  }
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    if (!conditions_->measured[conditions_->narrow[k]]) continue;
+    out.bend[k] = (neighbour_.narrow[k] - parts[k]) / apart;
+    if (coarse) out.narrow[k] = parts[k];
   }
   std::swap(look_.at, point_);
   look_.rate.xdot = (beside_.xdot - look_.at.xdot) / apart;
@@ -110,14 +115,21 @@ bool EventFinder::differentiate(Stepper& stepper, const StepView& step, double t
 }
 
 /// Slopes that the equations do not give as they are written.
-void EventFinder::measure_slopes(Stepper& stepper, const StepView& step, double t, Sample& out) {
-  if (!differentiate(stepper, step, t, out)) measure_along(stepper, step, t, out);
+void EventFinder::measure_slopes(Stepper& stepper, const StepView& step, double t, Sample& out,
+                                 double closest) {
+  if (!differentiate(stepper, step, t, out)) measure_along(stepper, step, t, out, closest);
 }
 
 /// Finite differences along the step for dg/dt of the conditions that contain x′ or z. Their g is evaluated,
 /// too, since the coarse interpolant may know z at the ends of the step only.
-void EventFinder::measure_along(Stepper& stepper, const StepView& step, double t, Sample& out) {
-  const double apart = (step.to.t - step.from.t) / 64;  // a difference well above the errors of the step
+void EventFinder::measure_along(Stepper& stepper, const StepView& step, double t, Sample& out,
+                                double closest) {
+  // A difference well above the errors of the step, or a closer one where it is asked for, and where a dip
+  // may be narrow, whose turn would be seen late.
+  const bool narrow = std::any_of(conditions_->narrow.begin(), conditions_->narrow.end(),
+                                  [&](std::size_t i) { return conditions_->measured[i]; });
+  const double usual = (step.to.t - step.from.t) / (narrow ? 1024 : 64);
+  const double apart = closest > 0 ? std::min(closest, usual) : usual;
   const double at = std::min(t, step.to.t - apart / 2);
   const double beside = at - apart < step.from.t ? at + apart : at - apart;
   const auto conditions = [&](double time) {
@@ -129,7 +141,12 @@ void EventFinder::measure_along(Stepper& stepper, const StepView& step, double t
     evaluate(point_, neighbour_);
     return neighbour_.g;
   };
-  const std::vector<double> g = conditions(at), other = conditions(beside);
+  const std::vector<double> g = conditions(at);
+  const std::vector<double> parts = neighbour_.narrow;
+  const std::vector<double> other = conditions(beside);
+  for (std::size_t k = 0; k < parts.size(); ++k)
+    if (conditions_->measured[conditions_->narrow[k]])
+      out.bend[k] = (parts[k] - neighbour_.narrow[k]) / (at - beside);
   for (std::size_t i = 0; i < conditions_->measured.size(); ++i) {
     if (!conditions_->measured[i] || ignored_[i]) continue;
     out.slope[i] = (g[i] - other[i]) / (at - beside);
@@ -139,7 +156,7 @@ void EventFinder::measure_along(Stepper& stepper, const StepView& step, double t
 
 /// A sample by the cheapest interpolant that has z.
 void EventFinder::sample_coarsely(Stepper& stepper, const StepView& step, double t, Sample& out) {
-  sample(stepper, step, t, Detail::coarse, out);
+  sample(stepper, step, t, coarse_.fails ? Detail::state : Detail::coarse, out);
   if (wants_.slopes) measure_slopes(stepper, step, t, out);
 }
 

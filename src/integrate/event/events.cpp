@@ -16,7 +16,6 @@ namespace {
 // (one rounding, ½ ε), and a state enters g by some dozen operations at most.
 constexpr double rounding_of_solved = 64 * eps, rounding_of_state = 8 * eps;
 constexpr int pieces = 4;  // initial number of samples per step, halved where needed
-constexpr int deepest = 3, deepest_clock = 8;
 
 }  // namespace
 
@@ -63,6 +62,10 @@ void EventFinder::evaluate(const Point& point, double t, Sample& out) {
     if (std::isfinite(rate))
       out.rate[conditions_->phases[k]] = std::max(out.rate[conditions_->phases[k]], rate);
   }
+  const std::size_t parts = conditions_->narrow.size();
+  out.bend.assign(out_.end() - static_cast<std::ptrdiff_t>(parts), out_.end());
+  out.narrow.assign(out_.end() - static_cast<std::ptrdiff_t>(2 * parts),
+                    out_.end() - static_cast<std::ptrdiff_t>(parts));
   for (std::size_t i = 0; i < events_->size(); ++i)
     if (std::isfinite(out.g[i])) {
       finite_[i] = 1;
@@ -196,6 +199,7 @@ void EventFinder::start(const Point& point, const std::vector<Crossing>& crossed
   evaluate(point, last_);
   fresh_ = true;
   look_.at.t = std::numeric_limits<double>::infinity();
+  coarse_.has_before = coarse_.has_beginning = false;
   // Near accumulation points of events the root of the continuous extension may differ much from that of the
   // solution. Then g is not small relative to its slope, but the root has been handled.
   beginnings_.assign(events_->size(), {});
@@ -223,42 +227,12 @@ bool EventFinder::stays_on_border(std::size_t i, const Sample& a, const Sample& 
          std::fabs(b.g[i]) <= std::max(rounding_bound_[i], b.rounding_bound[i]);
 }
 
-/// Can g have reached zero and returned between two samples of one sign? Judged by slopes too large for a
-/// monotone or gently curved function.
-bool EventFinder::may_hide(const Sample& a, const Sample& b, int depth) const {
-  for (std::size_t i = 0; i < events_->size(); ++i) {
-    if (depth >= (conditions_->clock[i] ? deepest_clock : deepest) || opposite(a.g[i], b.g[i])) continue;
-    const double steepest = std::max(std::fabs(a.slope[i]), std::fabs(b.slope[i]));
-    if (steepest * (b.t - a.t) > 1.5 * (std::fabs(a.g[i]) + std::fabs(b.g[i]))) return true;
-  }
-  return false;
-}
-
 /// Is there a root at the end of the run, where no later step shows the change of sign?
 bool EventFinder::ends_at_zero(std::size_t i, const Sample& a, const Sample& b) const {
   if (b.t < end_ || std::fabs(a.g[i]) <= tiny || opposite(a.g[i], b.g[i])) return false;
   if (!conditions_->slope_known[i] && !(*events_)[i].termination_reason.empty())
     return falls_to_zero(i, a, b);
   return a.g[i] * b.slope[i] < 0 && is_zero(i, b);
-}
-
-/// Does the argument of a sine in a condition change by more than 1 rad? If the number of oscillations per
-/// step stays beyond the limit, a border is sampled more coarsely and an event raises an error: resolving
-/// them all would take forever.
-bool EventFinder::oscillates(const Sample& a, const Sample& b, int depth) {
-  constexpr int close = 12, coarse = 4;  // halvings: 4096 samples in a quarter of a step
-  constexpr long many = 20000;           // samples with an unresolved sine, enough for several steps
-  if (conditions_->phases.empty()) return false;
-  for (std::size_t i = 0; i < events_->size(); ++i) {
-    if (!(std::max(a.rate[i], b.rate[i]) * (b.t - a.t) > 1)) continue;
-    if (depth < (uncounted_ > many ? coarse : close)) return true;
-    const Event& event = (*events_)[i];
-    if (++uncounted_ > many && !event.surface && event.termination_reason.empty())
-      throw Oscillation(
-          text("the condition of an event, ", to_text(event.when), ", oscillates too fast to be followed, ",
-               "thousands of times in a step; leave the event out, or limit the steps by dtmax"));
-  }
-  return false;
 }
 
 /// Verifies a sign change between coarse samples on the solution. Returns a root before the first, if the
@@ -275,13 +249,20 @@ std::optional<EventFinder::Hit> EventFinder::verify_change(Stepper& stepper, con
 }
 
 std::optional<EventFinder::Hit> EventFinder::scan(Stepper& stepper, const StepView& step, Sample& a,
-                                                  Sample& b, int depth) {
+                                                  Sample& b, int depth, int turns) {
+  constexpr int most_turns = 6;  // one beside the other: 64 in a quarter of a step
   if (auto hit = verify_change(stepper, step, a, b)) return hit;
+  if (auto turned = turns < most_turns ? turning_point(stepper, step, a, b) : std::nullopt) {
+    if (auto hit = scan(stepper, step, a, *turned, depth, turns + 1)) return hit;
+    for (double& bend : turned->bend)
+      if (std::fabs(bend) <= tiny) bend = -bend;  // behind the turn
+    return scan(stepper, step, *turned, b, depth, turns + 1);
+  }
   if (oscillates(a, b, depth) || may_hide(a, b, depth)) {
     Sample middle;
     sample_coarsely(stepper, step, a.t + (b.t - a.t) / 2, middle);
-    if (auto hit = scan(stepper, step, a, middle, depth + 1)) return hit;
-    return scan(stepper, step, middle, b, depth + 1);
+    if (auto hit = scan(stepper, step, a, middle, depth + 1, turns)) return hit;
+    return scan(stepper, step, middle, b, depth + 1, turns);
   }
   decide_zeros(stepper, step, a, b);
   if (auto hit = verify_change(stepper, step, a, b)) return hit;
@@ -314,7 +295,10 @@ bool EventFinder::changes(const Sample& a, const Sample& b) const {
 
 void EventFinder::make_exact(Stepper& stepper, const StepView& step, Sample& at) {
   if (at.exact) return;
+  const std::vector<double> bend = at.bend;
   sample(stepper, step, at.t, Detail::state, at);
+  for (std::size_t k = 0; k < bend.size(); ++k)
+    if (std::fabs(bend[k]) <= tiny) at.bend[k] = bend[k];  // see turning_point()
   if (wants_.slopes) measure_slopes(stepper, step, at.t, at);
   settle_zeros(last_exact_, at);
 }
@@ -361,10 +345,13 @@ std::optional<EventFinder::Hit> EventFinder::find(Stepper& stepper, const StepVi
         last_.g[i] = std::copysign(tiny, slope_after(stepper, step, i));
   }
   fresh_ = false;
+  coarse_.fails = false;
+  estimate_coarse_errors(stepper, step);
   if (stays_away(stepper, step)) {
     std::swap(last_, here_);
     return {};
   }
+  coarse_.fails = !follows_coarsely(stepper, step);
   last_exact_ = last_;
   for (int k = 1; k <= pieces; ++k) {
     sample_coarsely(stepper, step, k == pieces ? step.to.t : from + length * k / pieces, here_);

@@ -63,8 +63,9 @@ class Oscillation : public Failure {
 /// zero and back, the piece is halved a few times, more often for functions of time alone, which are cheap
 /// and do not limit the step size themselves. A condition that contains sines and cosines is sampled once per
 /// radian of their arguments: where it oscillates faster than the solution, its slopes at two samples say
-/// nothing. Slopes that the equations do not give are differences along the step. Where a root is found, the
-/// signs of the other conditions there show roots of theirs that lie before it.
+/// nothing. One that contains exponentials, divisors and the like is sampled where these turn, too. Slopes
+/// that the equations do not give are differences along the step. Where a root is found, the signs of the
+/// other conditions there show roots of theirs that lie before it.
 class EventFinder {
  public:
   /// stats: where the solutions of the equations inside steps are counted.
@@ -144,6 +145,7 @@ class EventFinder {
   struct Sample {
     double t = 0;
     std::vector<double> g, slope, rate;  ///< rate: radians per time of the sines in g
+    std::vector<double> narrow, bend;    ///< EventConditions::narrow, and their slopes
     std::vector<double> rounding_bound;  ///< rounding of those that the solution began on
     bool exact = true;                   ///< not of the coarse interpolant
   };
@@ -155,9 +157,9 @@ class EventFinder {
   bool interpolate(Stepper& stepper, const StepView& step, double t, Detail detail);
   void sample(Stepper& stepper, const StepView& step, double t, Detail detail, Sample& out);
   void sample_coarsely(Stepper& stepper, const StepView& step, double t, Sample& out);
-  void measure_slopes(Stepper& stepper, const StepView& step, double t, Sample& out);
+  void measure_slopes(Stepper& stepper, const StepView& step, double t, Sample& out, double closest = 0);
   void sample_near_start(Stepper& stepper, const StepView& step, double t, Sample& out);
-  void measure_along(Stepper& stepper, const StepView& step, double t, Sample& out);
+  void measure_along(Stepper& stepper, const StepView& step, double t, Sample& out, double closest = 0);
   bool differentiate(Stepper& stepper, const StepView& step, double t, Sample& out);
   bool solve_at(const Stepper& stepper, Point& at, double accuracy);
   void predict(const StepView& step, Point& at) const;
@@ -176,9 +178,18 @@ class EventFinder {
   bool oscillates(const Sample& a, const Sample& b, int depth);
   bool ends_at_zero(std::size_t i, const Sample& a, const Sample& b) const;
   bool may_hide(const Sample& a, const Sample& b, int depth) const;
+  std::optional<Sample> turning_point(Stepper& stepper, const StepView& step, const Sample& a,
+                                      const Sample& b);
+  bool varies(std::size_t part, const Sample& a, const Sample& b) const;
+  double bend(Stepper& stepper, const StepView& step, std::size_t part, double t, Detail detail);
+  double turn(Stepper& stepper, const StepView& step, std::size_t part, const Sample& a, const Sample& b);
   bool stays_away(Stepper& stepper, const StepView& step);
+  void estimate_coarse_errors(Stepper& stepper, const StepView& step);
+  void compare_coarsely(const Vec& off);
+  bool follows_coarsely(Stepper& stepper, const StepView& step);
   std::optional<Hit> verify_change(Stepper& stepper, const StepView& step, Sample& a, Sample& b);
-  std::optional<Hit> scan(Stepper& stepper, const StepView& step, Sample& a, Sample& b, int depth);
+  std::optional<Hit> scan(Stepper& stepper, const StepView& step, Sample& a, Sample& b, int depth,
+                          int turns = 0);
   bool changes(const Sample& a, const Sample& b) const;
   void make_exact(Stepper& stepper, const StepView& step, Sample& at);
   void decide_zeros(Stepper& stepper, const StepView& step, const Sample& a, Sample& b);
@@ -192,6 +203,8 @@ class EventFinder {
     double t, lowest;             ///< else where g is lowest, and its value; 0: not known
   };
   Dip dip(Stepper& stepper, const StepView& step, int which, const Sample& a, const Sample& b, Detail detail);
+  std::optional<double> bottom_beside(Stepper& stepper, const StepView& step, int which, const Sample& a,
+                                      const Sample& b);
   std::optional<double> bottom(Stepper& stepper, const StepView& step, int which, const Sample& a,
                                const Sample& b);
   std::optional<Hit> first_hit(Stepper& stepper, const StepView& step, const Sample& a, const Sample& b);
@@ -229,6 +242,13 @@ class EventFinder {
   struct {
     Point at, rate;
   } look_;
+  /// How well the cubic through the ends of the step follows the solution.
+  struct {
+    std::vector<double> errors;  ///< in its middle, of each condition; then of each narrow part, relative
+    Point before, beginning;     ///< beginnings of the step before and of this one, since the last start
+    bool has_before = false, has_beginning = false;
+    bool fails = false;  ///< samples of this step are exact ones
+  } coarse_;
   std::vector<double> out_;
   /// The equations of the stepper, which may be those of sliding, along the cubic of a step.
   struct {
