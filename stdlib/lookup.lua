@@ -162,7 +162,30 @@ local function plane(x, y, z, outside)
   end
 end
 
-local methods = {
+--- The curve with its points, a little beyond both ends; a table of two variables as a surface.
+local function picture(self, options)
+  local x, xs, ys = self.x, {}, {}
+  if self.z then
+    local all = { surfaces = { surface(self.value, { x[1], x[#x] }, { self.y[1], self.y[#self.y] }) } }
+    for key, value in pairs(options or {}) do all[key] = value end
+    return plot3(all)
+  end
+  for k, value in ipairs(self.y) do
+    if not math.type(value) then
+      fail(("lookup: y[%d] = %s has no value: a picture needs numbers"):format(k, tostring(value)))
+    end
+  end
+  local count, beyond = 400, (x[#x] - x[1])/20
+  for k = 0, count do
+    xs[k + 1] = x[1] - beyond + k*(x[#x] - x[1] + 2*beyond)/count
+    ys[k + 1] = self.value(xs[k + 1])
+  end
+  local base = { style = { "line", "points" }, labels = { self.kind, "points" } }
+  for key, value in pairs(options or {}) do base[key] = value end
+  return plot(xs, ys, x, self.y, base)
+end
+
+local methods = { plot = picture,
   latex = function() fail "lookup: a table has no LaTeX text; take the expression, f(x), and its latex()" end }
 local about = { __index = methods, __name = "lookup",
   __call = function(self, u, v)
@@ -183,7 +206,8 @@ doc { name = "lookup", sig = "lookup{ x =, y =, kind =, outside = } -> function"
     the cubic spline with continuous curvature (not-a-knot); "previous", the value of the last point passed,
     which jumps. Outside of the points the first and last value hold, or the end is extended in a straight
     line. Runs locate the borders: stats().borders. y may be expressions (parameters to be fitted) where kind
-    is linear or previous. With z a table of two variables, f(u, v), z[i][j] at x[i], y[j], bilinear.]],
+    is linear or previous. With z a table of two variables, f(u, v), z[i][j] at x[i], y[j], bilinear.
+    f:plot() draws a table.]],
   example = [[
     x = var "x"
     pump = lookup{ x = { 0, 1, 2 }, y = { 10, 9, 5 }, kind = "pchip" }

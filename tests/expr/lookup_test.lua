@@ -145,6 +145,15 @@ test("values that are parameters are fitted", function()
   expect(sol:final(y)):near(1.5 + 4, 1e-6)
 end)
 
+test("a picture shows the curve and its points", function()
+  local f = lookup { x = uneven, y = samples(math.sin, uneven), kind = "pchip" }
+  expect(tostring(f:plot { title = "A table" })):matches "figure"
+  expect(tostring(lookup { x = { 0, 1 }, y = { 0, 1 }, z = { { 0, 1 }, { 1, 2 } } }:plot())):matches "figure"
+  local good, message = pcall(function() return lookup { x = { 0, 1 }, y = { 0, param "p" } }:plot() end)
+  expect(good):equals(false)
+  expect(message):matches "y%[2%] = p has no value"
+end)
+
 local function refused(name, options, words)
   test(name, function()
     local good, message = pcall(lookup, options)
