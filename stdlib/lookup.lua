@@ -1,31 +1,45 @@
 -- Lookup tables: functions through measured points, as expressions with one border per point.
 
+--- A copy of a list, or of a column or row.
+local function list_of(list)
+  local columns = object_type(list) == "matrix"
+  local copy = {}
+  for k = 1, columns and list.rows*list.cols or #list do copy[k] = list[k] end
+  return copy
+end
+
+local function is_given(list) return type(list) == "table" or object_type(list) == "matrix" end
+
+local function is_finite(value) return value == value and math.abs(value) ~= math.huge end
+
 --- The places of the points: growing numbers, two or more.
 local function places(what, list)
-  if type(list) ~= "table" or #list < 2 then
-    fail("lookup: " .. what .. " must be a list of two numbers or more")
-  end
-  local result = {}
-  for k = 1, #list do
-    local value = math.type(list[k]) and list[k]
-    if not value or value ~= value or math.abs(value) == math.huge then
-      fail(("lookup: %s[%d] = %s is not a number"):format(what, k, tostring(list[k])))
+  local result = is_given(list) and list_of(list) or {}
+  if #result < 2 then fail("lookup: " .. what .. " must be a list of two numbers or more") end
+  for k, value in ipairs(result) do
+    if not (math.type(value) and is_finite(value)) then
+      fail(("lookup: %s[%d] = %s is not a number"):format(what, k, tostring(value)))
     end
     if k > 1 and not (value > result[k - 1]) then
       fail(("lookup: %s must grow, but %s[%d] = %s follows %s; sort the points and merge equal ones"):format(what,
-        what, k, tostring(list[k]), tostring(list[k - 1])))
+        what, k, tostring(value), tostring(result[k - 1])))
     end
-    result[k] = list[k]
   end
   return result
 end
 
 local function values(what, list, n)
-  if type(list) ~= "table" or #list ~= n then
+  local result = is_given(list) and list_of(list)
+  if not result or #result ~= n then
     fail(("lookup: %s must be a list of %d values, one for each x; it has %s"):format(what, n,
-      type(list) == "table" and #list or "none"))
+      result and #result or "none"))
   end
-  return list
+  for k, value in ipairs(result) do
+    if math.type(value) and not is_finite(value) then
+      fail(("lookup: %s[%d] = %s is not a number"):format(what, k, tostring(value)))
+    end
+  end
+  return result
 end
 
 local function numbers(kind, list)
@@ -185,6 +199,13 @@ local function picture(self, options)
   return plot(xs, ys, x, self.y, base)
 end
 
+local function argument(u)
+  if math.type(u) or object_type(u) == "expr" then return end
+  local kind = object_type(u) or type(u)
+  fail("lookup: the argument must be a number or an expression, not a " .. kind
+    .. (kind == "matrix" and "; call it for each entry" or ""))
+end
+
 local methods = { plot = picture,
   latex = function() fail "lookup: a table has no LaTeX text; take the expression, f(x), and its latex()" end }
 local about = { __index = methods, __name = "lookup",
@@ -192,6 +213,8 @@ local about = { __index = methods, __name = "lookup",
     if u == nil then fail "lookup: a table is called with its argument, f(x) or f(2.5)" end
     if self.z and v == nil then fail "lookup: a table of two variables is called with both, f(x, y)" end
     if not self.z and v ~= nil then fail "lookup: a table of one variable is called with one argument" end
+    argument(u)
+    if v ~= nil then argument(v) end
     return self.value(u, v)
   end,
   __tostring = function(self)
@@ -223,15 +246,17 @@ doc { name = "lookup", sig = "lookup{ x =, y =, kind =, outside = } -> function"
   options_at = 1,
   function(o)
     local kind, outside = o.kind or "linear", o.outside or "hold"
-    local x = places("x", o.x)
-    local self = setmetatable({ x = x, y = o.y, z = o.z, kind = kind, outside = outside }, about)
+    local x, y = places("x", o.x), nil
+    local self = setmetatable({ x = list_of(x), z = o.z, kind = kind, outside = outside }, about)
     if o.z then
       if kind ~= "linear" then fail "lookup: a table of two variables is linear" end
-      self.y = places("y", o.y)
-      self.value = plane(x, self.y, values("z", o.z, #x), outside)
+      y = places("y", o.y)
+      self.value = plane(x, y, values("z", o.z, #x), outside)
     else
-      local piece = pieces_of(kind, outside, x, values("y", o.y, #x))
+      y = values("y", o.y, #x)
+      local piece = pieces_of(kind, outside, x, y)
       self.value = function(u) return chosen(x, piece, u) end
     end
+    self.y = list_of(y)                              -- changes of these lists change nothing
     return self
   end }

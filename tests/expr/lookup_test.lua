@@ -154,13 +154,35 @@ test("a picture shows the curve and its points", function()
   expect(message):matches "y%[2%] = p has no value"
 end)
 
-local function refused(name, options, words)
+test("columns are points, too, and lists that change later change no table", function()
+  local column = lookup { x = linspace(0, 1, 5), y = linspace(0, 2, 5), kind = "spline" }
+  expect(column(0.3)):near(0.6, 1e-15)
+  local values = { 1, 2, 4 }
+  local f = lookup { x = { 0, 1, 2 }, y = values }
+  values[2], f.y[2], f.x[2] = 7, 7, 0.5
+  expect(f(1)):equals(2)
+  expect(f(1.5)):equals(3)
+end)
+
+local function says(name, call, words)
   test(name, function()
-    local good, message = pcall(lookup, options)
+    local good, message = pcall(call)
     expect(good):equals(false)
     expect(message):matches(words)
   end)
 end
+local triangle = lookup { x = { 0, 1, 2 }, y = { 0, 1, 0 } }
+local u = input "u"
+says("a table that is not called, as an input", function()
+  dae { der(x) ~ u }:integrate { start = { x = 0 }, to = 1, inputs = { u = triangle } }
+end, "u is a lookup; call it with its argument")
+says("a table that is not called, in an equation", function() return dae { der(x) ~ triangle } end,
+  "is a lookup; call it with its argument")
+says("a column as the argument", function() return triangle(vec { 1, 2 }) end,
+  "not a matrix; call it for each")
+says("a name as the argument", function() return triangle "x" end, "a number or an expression, not a string")
+
+local function refused(name, options, words) says(name, function() return lookup(options) end, words) end
 refused("points that do not grow", { x = { 0, 1, 1 }, y = { 1, 2, 3 } },
   "x must grow, but x%[3%] = 1 follows 1")
 refused("values too few", { x = { 0, 1, 2 }, y = { 1, 2 } }, "y must be a list of 3 values")
@@ -172,3 +194,4 @@ refused("a spline through a parameter",
 refused("one point", { x = { 0 }, y = { 0 } }, "two numbers or more")
 refused("rows of different lengths", { x = { 0, 1 }, y = { 0, 1 }, z = { { 1, 2 }, { 3 } } },
   "z%[2%] must be a list of 2 values")
+refused("a value that is no number", { x = { 0, 1 }, y = { 0, 0/0 } }, "y%[2%] = %-?nan is not a number")

@@ -196,11 +196,19 @@ Nesting::Nesting(lua_State* L) {
 
 Nesting::~Nesting() { --nested_lists; }
 
+void refuse_callable(lua_State* L, int index, const std::string& what) {
+  if (luaL_getmetafield(L, index, "__call") == LUA_TNIL) return;
+  const bool named = luaL_getmetafield(L, index, "__name") == LUA_TSTRING;
+  const std::string kind = named ? text("a ", lua_tostring(L, -1)) : "a function";
+  throw Error(text(what, " is ", kind, "; call it with its argument, f(x)"));
+}
+
 lua_Integer list_size(lua_State* L, int list, const std::string& what) {
   lua_Integer count = 0, largest = 0;
   lua_pushnil(L);
   while (lua_next(L, list) != 0) {
     lua_pop(L, 1);
+    if (!lua_isinteger(L, -1) || lua_tointeger(L, -1) < 1) refuse_callable(L, list, what);
     if (!lua_isinteger(L, -1) || lua_tointeger(L, -1) < 1)
       throw Error(text(what, " must be a list { a, b, … }, but it has the key '", key_in_words(L, -1), "'"));
     ++count;

@@ -78,6 +78,8 @@ class Nesting {
 /// The number of entries of a list at an absolute index. A hole ("entry 2 of C is nil") and a key that is not
 /// 1, 2, … are errors.
 lua_Integer list_size(lua_State* L, int list, const std::string& what);
+/// Throws Error if a table can be called like a function, as one of lookup{…}, and was meant to be: f(x).
+void refuse_callable(lua_State* L, int index, const std::string& what);
 /// A scalar, a list (column), a list of equally long lists (rows), a list of columns (stacked), or a matrix.
 /// A nil inside a list is reported.
 MatX to_matrix(lua_State* L, int index, const std::string& what);

@@ -63,6 +63,7 @@ Mat numbers_of(lua_State* L, int index, const char* field, const std::string& wh
 }
 
 SampleTable sample_fields(lua_State* L, int index, const std::string& what) {
+  refuse_callable(L, index, what);
   lua_pushnil(L);
   while (lua_next(L, index) != 0) {
     lua_pop(L, 1);
