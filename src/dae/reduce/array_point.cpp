@@ -5,7 +5,6 @@
 #include "dae/index/differentiation_index.hpp"
 #include "dae/model/forms.hpp"
 #include "dae/model/lineage.hpp"
-#include "dae/reduce/reduced_forms.hpp"
 
 namespace pendula::dae {
 namespace {

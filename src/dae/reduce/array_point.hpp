@@ -37,4 +37,13 @@ struct ArrayAt {
 std::optional<ArrayAt> regular_point(const Model& m, const ArrayEquationsPtr& equations,
                                      const std::unordered_map<Expr, double>& near);
 
+/// Values of all leaves at a point of F_order = 0 where x′ is determined; empty where none is found.
+std::unordered_map<Expr, double> values_at_regular_point(const Model& model, int order);
+
+/// The unknowns of a model of form "array" near a point that gives the unknowns of the original:
+/// derivatives order by order, since the rows of highest order are far from linear in all of
+/// them. Empty where none are found.
+std::unordered_map<Expr, double> derivatives_near(const ModelPtr& array,
+                                                  const std::unordered_map<Expr, double>& point);
+
 }  // namespace pendula::dae

@@ -17,6 +17,7 @@
 #include "dae/model/make_model.hpp"
 #include "dae/model/model_key.hpp"
 #include "dae/rank/rank.hpp"
+#include "dae/reduce/array_point.hpp"
 #include "dae/reduce/reduced_forms.hpp"
 #include "dae/regularise/regularise.hpp"
 #include "expr/graph/declaration.hpp"

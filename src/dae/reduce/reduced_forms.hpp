@@ -52,14 +52,6 @@ double project(const Model& model, std::unordered_map<Expr, double>& values);
 /// requires  a model without unspecified functions; throws Failure where no regular point is found
 /// see       Kunkel & Mehrmann, Differential-Algebraic Equations, 2006, §6.2; Mattsson & Söderlind 1993
 ModelPtr reduce_array(const ModelPtr& model, const ReduceOptions& options);
-/// Values of all leaves at a point of F_order = 0 where x′ is determined; empty where none is found.
-std::unordered_map<Expr, double> values_at_regular_point(const Model& model, int order);
-
-/// The unknowns of a model of form "array" near a point that gives the unknowns of the original:
-/// derivatives order by order, since the rows of highest order are far from linear in all of
-/// them. Empty where none are found.
-std::unordered_map<Expr, double> derivatives_near(const ModelPtr& array,
-                                                  const std::unordered_map<Expr, double>& point);
 
 /// "minimal": constraints are solved for dependent variables, which are substituted;
 /// what remains moves freely.

@@ -9,6 +9,7 @@
 #include "dae/newton/block_solution.hpp"
 #include "dae/newton/lifted_newton.hpp"
 #include "dae/points/interval_proof.hpp"
+#include "dae/reduce/array_point.hpp"
 #include "dae/reduce/reduced_forms.hpp"
 #include "dae/start/start_system.hpp"
 

@@ -1,14 +1,12 @@
 #include "expr/rewrite/scaled_exponentials.hpp"
 
 #include <algorithm>
-#include <optional>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
 
 #include "base/limits/stack.hpp"
 #include "expr/graph/derivative.hpp"
-#include "expr/graph/node_map.hpp"
 
 namespace pendula {
 namespace {

@@ -46,12 +46,18 @@ BorderSmoothness::BorderSmoothness(std::vector<Expr> equations, const std::vecto
       if (kind_.count(leaf)) rows_of_[leaf].push_back(i);
   for (std::size_t j = 0; j < parameters.size() && j < values.size(); ++j) known_[parameters[j]] = values[j];
   for (Expr when : whens_) {
-    std::vector<Expr> inside;
-    for (Expr leaf : leaves({&when, 1}))
-      if (!known_.count(leaf) && symbol_of(leaf).kind != Kind::constant) inside.push_back(leaf);
+    std::vector<Expr> inside = open_leaves(when);
     std::sort(inside.begin(), inside.end(), [](Expr a, Expr b) { return a.id() < b.id(); });
     leaves_of_.push_back(std::move(inside));
   }
+}
+
+/// Leaves without a known value: unknowns, t, inputs and modes.
+std::vector<Expr> BorderSmoothness::open_leaves(Expr e) const {
+  std::vector<Expr> inside = leaves({&e, 1});
+  std::erase_if(inside,
+                [&](Expr leaf) { return known_.count(leaf) > 0 || symbol_of(leaf).kind == Kind::constant; });
+  return inside;
 }
 
 /// The modes of other borders that stay on one side all along this one, as x = 3 does along x = 2.
@@ -111,10 +117,8 @@ BorderSmoothness::Difference BorderSmoothness::difference(std::size_t border) co
   std::vector<Expr> slopes;
   for (std::size_t part = 0; part < result.parts; ++part) {
     const Expr D = result.outputs[part];
-    std::vector<Expr> inside;
-    for (Expr leaf : leaves({&D, 1}))
-      if (!known_.count(leaf) && !kind_.count(leaf) && symbol_of(leaf).kind != Kind::constant)
-        inside.push_back(leaf);
+    std::vector<Expr> inside = open_leaves(D);
+    std::erase_if(inside, [&](Expr leaf) { return kind_.count(leaf) > 0; });
     const std::vector<Expr> gradient_of_D = gradient(D, inside);
     result.starts.push_back(result.parts + slopes.size());
     slopes.insert(slopes.end(), gradient_of_D.begin(), gradient_of_D.end());
@@ -155,17 +159,16 @@ bool BorderSmoothness::move_onto_border(Expr when, const Solvable& in, Values& v
 
 std::vector<BorderSmoothness::Solvable> BorderSmoothness::solvable_leaves(Expr when) const {
   std::vector<Solvable> result;
-  for (Expr leaf : leaves({&when, 1}))
-    if (!known_.count(leaf) && !kind_.count(leaf) && symbol_of(leaf).kind != Kind::constant)
-      result.push_back({leaf, partial(when, leaf)});
+  for (Expr leaf : open_leaves(when))
+    if (!kind_.count(leaf)) result.push_back({leaf, partial(when, leaf)});
   return result;
 }
 
-std::vector<char> BorderSmoothness::are_positive_around(std::size_t border_number,
+std::vector<char> BorderSmoothness::are_positive_around(std::size_t border,
                                                         const std::vector<Expr>& functions) const {
   constexpr double share = 0.1;  // of the leaf that is moved; of 1 where that is 0
-  const Expr when = whens_[border_number];
-  const std::vector<Mode>& own = surfaces_[border_number].modes;
+  const Expr when = whens_[border];
+  const std::vector<Mode>& own = surfaces_[border].modes;
   std::vector<char> result(functions.size(), 0);
   std::vector<Expr> all = functions;
   all.push_back(when);
@@ -178,15 +181,15 @@ std::vector<char> BorderSmoothness::are_positive_around(std::size_t border_numbe
     const Solvable& in = solvable[random() % solvable.size()];
     Values values = random_values(inside, random);
     if (!move_onto_border(when, in, values)) continue;
-    const double border = values[in.leaf];
-    const double away = border == 0 ? aside : share * std::fabs(border);
+    const double place = values[in.leaf];
+    const double away = place == 0 ? aside : share * std::fabs(place);
     for (const double side : {1.0, -1.0}) {
       for (const Mode& mode : own) values[modes_[mode.number]] = mode.value(side);
       const auto at = [&](double y) {
         values[in.leaf] = y;
         return evaluate(functions, values);
       };
-      const std::vector<double> on = at(border), above = at(border + away), below = at(border - away);
+      const std::vector<double> on = at(place), above = at(place + away), below = at(place - away);
       for (std::size_t i = 0; i < functions.size(); ++i) {
         if (!(on[i] > 0)) continue;
         ++seen[i];

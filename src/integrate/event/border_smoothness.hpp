@@ -48,6 +48,7 @@ class BorderSmoothness {
   struct Solvable {
     Expr leaf, slope;
   };
+  std::vector<Expr> open_leaves(Expr e) const;
   Substitution settled_modes(std::size_t border) const;
   Difference difference(std::size_t border) const;
   std::vector<Solvable> solvable_leaves(Expr when) const;

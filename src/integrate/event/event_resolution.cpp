@@ -1,11 +1,13 @@
 // How closely a step has to be looked at: where narrow parts of conditions turn, and where the cubic through
 // the ends of the step does not follow the solution (docs/derivations.md#events).
+#include "integrate/event/events.hpp"
+
 #include <algorithm>
 #include <cmath>
 
 #include "base/epsilon.hpp"
 #include "expr/print/print.hpp"
-#include "integrate/event/events.hpp"
+#include "integrate/event/bracket.hpp"
 
 namespace pendula::integrate {
 
@@ -55,30 +57,24 @@ double EventFinder::bend(Stepper& stepper, const StepView& step, std::size_t par
 }
 
 /// The zero of the slope of a part between two samples at which it has opposite signs, on the coarse
-/// interpolant: the Illinois method.
+/// interpolant.
 double EventFinder::turn(Stepper& stepper, const StepView& step, std::size_t part, const Sample& a,
                          const Sample& b) {
   // relative to the piece; exact samples cost steps of the method, and turning_point() goes on from here
   const double close = coarse_.fails || conditions_->measured[conditions_->narrow[part]] ? 1e-7 : 1e-9;
-  double left = a.t, right = b.t, at_left = a.bend[part], at_right = b.bend[part], t = left;
-  for (int k = 0, side = 0; k < 40 && right - left > close * (b.t - a.t); ++k) {
+  Bracket in{a.t, a.bend[part], b.t, b.bend[part]};
+  double t = in.left;
+  for (int k = 0; k < 40 && in.length() > close * (b.t - a.t); ++k) {
     const double before = t;
-    const bool unknown = std::fabs(at_left) <= tiny || std::fabs(at_right) <= tiny;  // another turn
-    t = k % 4 == 3 || unknown ? (left + right) / 2 : right - at_right * (right - left) / (at_right - at_left);
+    const bool unknown = std::fabs(in.at_left) <= tiny || std::fabs(in.at_right) <= tiny;  // another turn
+    t = unknown ? in.middle() : in.next(k);
     const double here = bend(stepper, step, part, t, coarse_.fails ? Detail::state : Detail::coarse);
-    if (!std::isfinite(here)) return (left + right) / 2;
+    if (!std::isfinite(here)) return in.middle();
     if (here == 0 || std::fabs(t - before) <= close * (b.t - a.t)) break;
-    if (opposite(here, at_right)) {
-      left = t;
-      at_left = here;
-      if (side == -1) at_right /= 2;
-      side = -1;
-    } else {
-      right = t;
-      at_right = here;
-      if (side == 1) at_left /= 2;
-      side = 1;
-    }
+    if (opposite(here, in.at_right))
+      in.move_left(t, here);
+    else
+      in.move_right(t, here);
   }
   return t;
 }
@@ -93,56 +89,74 @@ bool EventFinder::varies(std::size_t part, const Sample& a, const Sample& b) con
   return change > enough * (conditions_->is_exponent[part] ? std::min(size, 1.0) : size);
 }
 
+/// A sample between two turns of a part: where the cubic through both samples goes the other way in its
+/// middle, and the part does so, too.
+std::optional<EventFinder::Sample> EventFinder::between_turns(Stepper& stepper, const StepView& step,
+                                                              std::size_t part, const Sample& a,
+                                                              const Sample& b) {
+  const double length = b.t - a.t, from = a.bend[part], to = b.bend[part];
+  const double middle = 1.5 * (b.narrow[part] - a.narrow[part]) / length - (from + to) / 4;
+  if (!opposite(from, middle) || !opposite(to, middle)) return {};
+  if (std::min(std::fabs(from), std::fabs(to)) <= tiny) return {};
+  Sample out;
+  sample_coarsely(stepper, step, a.t + length / 2, out);
+  return opposite(from, out.bend[part]) ? std::optional(out) : std::nullopt;
+}
+
+/// Moves a sample at the turn of the coarse interpolant to that of the solution, which is off by more than
+/// the width of a dip: Newton's method, with the rate at which the slope of the part changes.
+void EventFinder::move_to_turn(Stepper& stepper, const StepView& step, std::size_t part, const Sample& a,
+                               const Sample& b, double change, Sample& at) {
+  constexpr int most_tries = 6;
+  const std::size_t i = conditions_->narrow[part];
+  const double length = b.t - a.t;
+  double t = at.t;
+  for (int tries = 0; tries < most_tries; ++tries) {
+    sample(stepper, step, t, Detail::state, at);
+    if (opposite(at.g[i], a.g[i])) break;
+    const double here =
+        conditions_->measured[i] ? bend(stepper, step, part, t, Detail::state) : at.bend[part];
+    const double next = t - here / change;
+    if (!(next > a.t && next < b.t) || std::fabs(next - t) <= 1e-6 * length) break;
+    t = next;
+  }
+  if (at.t != t) sample(stepper, step, t, Detail::state, at);
+  if (wants_.slopes) measure_slopes(stepper, step, t, at);
+  settle_zeros(a, at);
+}
+
 /// A sample where a part turns between two samples, such as the exponent of exp(-((x - a)/w)^2) where x
 /// passes a: however narrow a dip is, its bottom is there. Where the condition has a dip there, the sample
-/// lies at the turn of the solution, which the coarse interpolant may miss by more than the width of the dip.
+/// lies at the turn of the solution.
 std::optional<EventFinder::Sample> EventFinder::turning_point(Stepper& stepper, const StepView& step,
                                                               const Sample& a, const Sample& b) {
   constexpr double deep = 0.5;  // a dip that leaves less of g
-  const double length = b.t - a.t;
+  const double length = b.t - a.t, beside = 1e-3 * length;
   if (!(length > 1e-6 * (step.to.t - step.from.t)) || !(length > 64 * eps * span_)) return {};
   for (std::size_t k = 0; k < conditions_->narrow.size(); ++k) {
     const std::size_t i = conditions_->narrow[k];
     if (ignored_[i] || !varies(k, a, b)) continue;
     if (!opposite(a.bend[k], b.bend[k])) {
-      // two turns: the cubic through both samples goes the other way in its middle
-      const double middle = 1.5 * (b.narrow[k] - a.narrow[k]) / length - (a.bend[k] + b.bend[k]) / 4;
-      if (!opposite(a.bend[k], middle) || !opposite(b.bend[k], middle)) continue;
-      if (std::min(std::fabs(a.bend[k]), std::fabs(b.bend[k])) <= tiny) continue;
-      Sample out;
-      sample_coarsely(stepper, step, a.t + length / 2, out);
-      if (opposite(a.bend[k], out.bend[k])) return out;
+      if (auto found = between_turns(stepper, step, k, a, b)) return found;
       continue;
     }
-    double t = turn(stepper, step, k, a, b);
+    const double t = turn(stepper, step, k, a, b);
     if (!(t > a.t && t < b.t)) continue;
     Sample out;
     sample_coarsely(stepper, step, t, out);
     const double sign = a.g[i] > 0 ? 1 : -1;
     const bool dips = !(sign * out.g[i] > deep * std::min(sign * a.g[i], sign * b.g[i]));
-    const Detail detail = coarse_.fails ? Detail::state : Detail::coarse;
     double change = 0;
     if (!conditions_->measured[i] || dips) {
-      const double right = std::min(t + length * 1e-3, b.t), left = std::max(t - length * 1e-3, a.t);
+      const Detail detail = coarse_.fails ? Detail::state : Detail::coarse;
+      const double right = std::min(t + beside, b.t), left = std::max(t - beside, a.t);
       change =
           (bend(stepper, step, k, right, detail) - bend(stepper, step, k, left, detail)) / (right - left);
     }
-    if (dips && !out.exact && !opposite(a.g[i], b.g[i])) {
-      for (int tries = 0; tries < 6; ++tries) {
-        sample(stepper, step, t, Detail::state, out);
-        if (opposite(out.g[i], a.g[i])) break;
-        const double here = conditions_->measured[i] ? bend(stepper, step, k, t, Detail::state) : out.bend[k];
-        const double next = t - here / change;
-        if (!(next > a.t && next < b.t) || std::fabs(next - t) <= 1e-6 * length) break;
-        t = next;
-      }
-      if (out.t < t || out.t > t) sample(stepper, step, t, Detail::state, out);
-      if (wants_.slopes) measure_slopes(stepper, step, t, out);
-      settle_zeros(a, out);
-    }
-    const double margin = std::min(t - a.t, b.t - t);  // beside a sample its sign there is that of this turn
-    out.bend[k] =
-        change == 0 || margin < 1e-3 * length ? 0.0 : std::copysign(tiny, -change);  // before the turn
+    if (dips && !out.exact && !opposite(a.g[i], b.g[i])) move_to_turn(stepper, step, k, a, b, change, out);
+    const double margin =
+        std::min(out.t - a.t, b.t - out.t);  // beside a sample its sign is that of this turn
+    out.bend[k] = change == 0 || margin < beside ? 0.0 : std::copysign(tiny, -change);  // before the turn
     return out;
   }
   return {};
@@ -195,7 +209,6 @@ void EventFinder::compare_coarsely(const Vec& off) {
 /// Do samples of the coarse interpolant show what the conditions do in the step, but for details?
 bool EventFinder::follows_coarsely(Stepper& stepper, const StepView& step) {
   constexpr double of_lowest = 0.25, of_highest = 0.02, of_part = 0.1;
-  constexpr int pieces = 4;
   if (!wants_.solution || !stepper.is_explicit()) return true;
   if (!coarse_.has_before) {
     const double middle = step.from.t + (step.to.t - step.from.t) / 2;

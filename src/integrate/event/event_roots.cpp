@@ -1,9 +1,11 @@
 // The first root between two samples of the event functions (docs/derivations.md#events).
+#include "integrate/event/events.hpp"
+
 #include <algorithm>
 #include <cmath>
 
 #include "base/epsilon.hpp"
-#include "integrate/event/events.hpp"
+#include "integrate/event/bracket.hpp"
 
 namespace pendula::integrate {
 
@@ -11,7 +13,8 @@ namespace pendula::integrate {
 /// Their control points bound them; their error is estimated as `several` times that of the cubic through the
 /// ends of the step, measured in the middle. Near an extremum g must also exceed the error of the coarse
 /// interpolant (see bottom()). False for conditions that the error estimate does not control: those of time
-/// alone, with dips, or without slopes. Leaves the sample at the end of the step in here_.
+/// alone, with dips, or whose slopes can only be measured along the step. Leaves the sample at the end of the
+/// step in here_.
 bool EventFinder::stays_away(Stepper& stepper, const StepView& step) {
   constexpr double several = 8;
   constexpr double of_slope = 0.143;  // maximum of s²(1-s)²(s-½) relative to its slope at ½
@@ -42,34 +45,28 @@ bool EventFinder::stays_away(Stepper& stepper, const StepView& step) {
   return true;
 }
 
-/// Illinois-safeguarded secant between points of opposite sign. Returns the end of the bracket at which the
-/// sign has changed. Values below the rounding bound count as the sign of ga.
+/// The root between points of opposite sign: the end of the bracket at which the sign has changed. Values
+/// below the rounding bound count as the sign of ga.
 EventFinder::Root EventFinder::locate(Stepper& stepper, const StepView& step, int which, double a, double ga,
                                       double b, double gb, double rounding_bound) {
-  int side = 0;
+  Bracket in{a, ga, b, gb};
   const double smallest = 2 * eps * std::max(std::fabs(a), std::fabs(b));
   const auto root = [&](double t) {
-    return Root{std::max(a, t - smallest), t, false};
+    return Root{std::max(in.left, t - smallest), t, false};
   };  // exact zeros: a lies far from the root
   for (int k = 0; k < 200; ++k) {
-    if (b - a <= smallest || gb == 0) break;
-    double t = k % 4 == 3 ? (a + b) / 2 : b - gb * (b - a) / (gb - ga);
-    t = std::clamp(t, a + smallest / 2, b - smallest / 2);
+    if (in.length() <= smallest || in.at_right == 0) break;
+    const double t = std::clamp(in.next(k), in.left + smallest / 2, in.right - smallest / 2);
     const double g = value(stepper, step, which, t);
     if (g == 0 && rounding_bound == 0) return root(t);
-    if (opposite(g, gb) || std::fabs(g) <= rounding_bound) {
-      a = t;
-      ga = opposite(g, gb) ? g : std::copysign(tiny, -gb);
-      if (side == -1) gb /= 2;
-      side = -1;
-    } else {
-      b = t;
-      gb = g;
-      if (side == 1) ga /= 2;
-      side = 1;
-    }
+    if (opposite(g, in.at_right))
+      in.move_left(t, g);
+    else if (std::fabs(g) <= rounding_bound)
+      in.move_left(t, std::copysign(tiny, -in.at_right));
+    else
+      in.move_right(t, g);
   }
-  return root(b);
+  return root(in.right);
 }
 
 /// Finds where g touches or crosses zero between two samples of one sign, by bisection on the sign of its

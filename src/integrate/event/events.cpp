@@ -15,7 +15,6 @@ namespace {
 // Relative rounding errors. RhsSolver solves for unknowns to 1e-14 = 45 ε. A step adds h Σ bᵢ Kᵢ to a state
 // (one rounding, ½ ε), and a state enters g by some dozen operations at most.
 constexpr double rounding_of_solved = 64 * eps, rounding_of_state = 8 * eps;
-constexpr int pieces = 4;  // initial number of samples per step, halved where needed
 
 }  // namespace
 

@@ -149,6 +149,7 @@ class EventFinder {
     std::vector<double> rounding_bound;  ///< rounding of those that the solution began on
     bool exact = true;                   ///< not of the coarse interpolant
   };
+  static constexpr int pieces = 4;                                    ///< samples per step, more where needed
   static constexpr double tiny = std::numeric_limits<double>::min();  ///< a sign without a size
   static bool opposite(double a, double b) { return (a < 0 && b > 0) || (a > 0 && b < 0); }
   void evaluate(const Point& point, Sample& out) { evaluate(point, point.t, out); }
@@ -180,6 +181,10 @@ class EventFinder {
   bool may_hide(const Sample& a, const Sample& b, int depth) const;
   std::optional<Sample> turning_point(Stepper& stepper, const StepView& step, const Sample& a,
                                       const Sample& b);
+  std::optional<Sample> between_turns(Stepper& stepper, const StepView& step, std::size_t part,
+                                      const Sample& a, const Sample& b);
+  void move_to_turn(Stepper& stepper, const StepView& step, std::size_t part, const Sample& a,
+                    const Sample& b, double change, Sample& at);
   bool varies(std::size_t part, const Sample& a, const Sample& b) const;
   double bend(Stepper& stepper, const StepView& step, std::size_t part, double t, Detail detail);
   double turn(Stepper& stepper, const StepView& step, std::size_t part, const Sample& a, const Sample& b);

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_set>
 
 #include "base/error.hpp"
+#include "expr/graph/depends_on.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/graph/solve.hpp"
 #include "expr/rewrite/rewrite.hpp"
@@ -18,60 +20,52 @@ bool is_zero_at(Expr e, const Values& at) {
   return !std::isfinite(value) || value == 0;
 }
 
-bool is_one_of(Expr leaf, const std::vector<Expr>& list) {
-  return std::find(list.begin(), list.end(), leaf) != list.end();
-}
-
-bool depends_on(Expr e, const std::vector<Expr>& list) {
-  const std::vector<Expr> inside = leaves({&e, 1});
-  return std::any_of(inside.begin(), inside.end(), [&](Expr leaf) { return is_one_of(leaf, list); });
-}
-
 /// Time derivatives with the given expressions for x′, and those of z from the equations without x′:
 /// 0 = g(t, x, z), z′ = -g_z⁻¹ (g_t + g_x x′).
 class Rates {
  public:
-  Rates(const dae::FirstOrder& form, const std::vector<Expr>& xdot) : form_(form), xdot_(xdot) {}
+  Rates(const dae::FirstOrder& form, const std::vector<Expr>& xdot)
+      : form_(form),
+        z_(form.z.begin(), form.z.end()),
+        constant_(form.p.begin(), form.p.end()),
+        xdot_leaves_(form.xdot.begin(), form.xdot.end()) {
+    for (std::size_t i = 0; i < form.x.size(); ++i) xdot_[form.x[i]] = xdot[i];
+  }
 
+  bool contains_z(Expr e) const { return depends_on_any(e, z_); }
   /// s′; empty if s contains inputs, whose derivatives are unknown, or z that has none.
   std::optional<Expr> operator()(Expr s) {
     std::optional<Expr> result = along_states(s);
-    if (!result || !depends_on(s, form_.z)) return result;
+    if (!result || !contains_z(s)) return result;
     if (!zdot_) zdot_ = rates_of_z();
     if (zdot_->empty()) return {};
     for (std::size_t j = 0; j < form_.z.size(); ++j) *result += partial(s, form_.z[j]) * (*zdot_)[j];
     return result;
-  }
-  std::vector<Expr> algebraic() const {
-    std::vector<Expr> g;
-    for (Expr row : form_.F)
-      if (!depends_on(row, form_.xdot)) g.push_back(row);
-    return g;
   }
 
  private:
   std::optional<Expr> along_states(Expr s) const {
     Expr result = partial(s, time_symbol());
     for (Expr leaf : leaves({&s, 1})) {
-      if (leaf == time_symbol() || symbol_of(leaf).kind == Kind::constant || is_one_of(leaf, form_.z))
-        continue;
-      const auto i = std::find(form_.x.begin(), form_.x.end(), leaf);
-      if (i != form_.x.end())
-        result += partial(s, leaf) * xdot_[i - form_.x.begin()];
-      else if (!is_one_of(leaf, form_.p))
+      if (const auto at = xdot_.find(leaf); at != xdot_.end())
+        result += partial(s, leaf) * at->second;
+      else if (leaf != time_symbol() && symbol_of(leaf).kind != Kind::constant && !z_.count(leaf) &&
+               !constant_.count(leaf))
         return {};
     }
     return result;
   }
   std::vector<Expr> rates_of_z() const {
-    const std::vector<Expr> g = algebraic();
+    std::vector<Expr> g;
+    for (Expr row : form_.F)
+      if (!depends_on_any(row, xdot_leaves_)) g.push_back(row);
+    if (g.size() != form_.z.size()) return {};
     VecX right(static_cast<Eigen::Index>(g.size()));
     for (std::size_t i = 0; i < g.size(); ++i) {
       const std::optional<Expr> slope = along_states(g[i]);
       if (!slope) return {};
       right[i] = -*slope;
     }
-    if (g.size() != form_.z.size()) return {};
     try {
       const VecX solution = linear_solution(sparse_jacobian(g, form_.z), right);
       return {solution.begin(), solution.end()};
@@ -81,7 +75,8 @@ class Rates {
   }
 
   const dae::FirstOrder& form_;
-  const std::vector<Expr>& xdot_;
+  std::unordered_map<Expr, Expr> xdot_;  ///< by state
+  std::unordered_set<Expr> z_, constant_, xdot_leaves_;
   std::optional<std::vector<Expr>> zdot_;
 };
 
@@ -164,7 +159,7 @@ bool slide_by_slope(SlidingForm& sliding, Expr border, const Sides& sides, bool 
       for (auto* list : {&sliding.form.F, &sliding.form.f, &sliding.form.g, &sliding.weights})
         for (Expr& e : *list) e = here(e);
     for (Expr condition : conditions)
-      if (!depends_on(condition, sliding.form.z)) sliding.conditions.push_back(condition);
+      if (!rate.contains_z(condition)) sliding.conditions.push_back(condition);
     return true;
   }
   return false;
@@ -178,7 +173,8 @@ bool slide_along(SlidingForm& sliding, Expr border, const Substitution& above, c
   const Sides sides(above, below);
   if (form.semi_explicit && slide_by_slope(sliding, border, sides, has_root, at)) return true;
   if (has_root) return false;
-  const auto slope = Rates(form, form.xdot)(border);
+  Rates rate(form, form.xdot);
+  const auto slope = rate(border);
   const auto row = eliminated_row(form.F, sides, at);
   if (!row) return false;
   const Expr a = sides.plus(form.F[*row]), b = sides.jump(form.F[*row]);
@@ -187,7 +183,7 @@ bool slide_along(SlidingForm& sliding, Expr border, const Substitution& above, c
   form.g.clear();
   combine_all(sliding, sides, a, b);
   form.F[*row] = slope ? *slope : border;
-  if (slope && !depends_on(border, form.z)) sliding.conditions.push_back(border);
+  if (slope && !rate.contains_z(border)) sliding.conditions.push_back(border);
   return true;
 }
 

@@ -5,6 +5,13 @@ local methods = { "auto", "verner87", "dopri5", "radau", "rodas", "bdf", "gauss"
 
 local function random_between(low, high) return low + (high - low)*math.random() end
 
+--- Adds a run to a list if it has stopped, or is off by more than allowed.
+local function note_if_wrong(wrong, name, sol, off, allowed)
+  if sol.status ~= "finished" or not (off <= allowed) then
+    wrong[#wrong + 1] = ("%s: %s, off by %.3g"):format(name, sol.status, off)
+  end
+end
+
 --- A sensor of the deviation: its equations, in which z has the sign of `deviation`, and the border.
 local sensors = {
   linear = function(deviation) return { 0 ~ z - random_between(0.3, 3)*deviation }, z end,
@@ -36,9 +43,7 @@ test("relays of random speed follow their targets", function()
           local at = i/100
           worst = math.max(worst, math.abs(sol(x, at) - amplitude*math.sin(frequency*at)))
         end
-        if sol.status ~= "finished" or not (worst <= 2e-5) then
-          wrong[#wrong + 1] = ("%s %d, %s: %s, off by %.3g"):format(name, seed, method, sol.status, worst)
-        end
+        note_if_wrong(wrong, name .. " " .. seed .. ", " .. method, sol, worst, 2e-5)
       end
     end
   end
@@ -113,9 +118,7 @@ test("random models: borders of z = h(x), a function that grows, are those of x"
       local sol = sys:integrate { to = 8, start = from, method = method, rtol = 1e-6, atol = 1e-6 }
       for i = 1, n do
         local off = math.abs(sol:final(states[i]) - exact:final(states[i]))
-        if sol.status ~= "finished" or not (off <= 1e-4) then
-          wrong[#wrong + 1] = ("%d, %s: %s, off by %.3g"):format(model, method, sol.status, off)
-        end
+        note_if_wrong(wrong, model .. ", " .. method, sol, off, 1e-4)
       end
     end
   end
