@@ -133,77 +133,77 @@ class Derivation {
   std::vector<std::string> lines;
 
  private:
-  void tell(Detail least, const std::string& line) { lines.push_back(shown_from(least, line)); }
+  void add(Detail least, const std::string& line) { lines.push_back(shown_from(least, line)); }
 
   /// name(q) = value, with the names of vectors where they exist, else one line per coordinate.
   template <class Name>
-  void tell_column(Detail least, Name name, const VecX& q, const VecX& value) {
+  void add_column(Detail least, Name name, const VecX& q, const VecX& value) {
     const Index size = dae::rows_per_line(q, value);
     for (Index i = 0; i < q.size(); i += size)
-      tell(least, indent + formula(name(VecX(q.segment(i, size))), " = ", ref_side(value.segment(i, size))));
+      add(least, indent + formula(name(VecX(q.segment(i, size))), " = ", ref_side(value.segment(i, size))));
   }
 
   void lagrange_function() {
-    tell(Detail::full, text("Generalised coordinates  ", coordinates(), ", energies",
-                            mech_.C.size() == 0   ? ""
-                            : mech_.C.size() == 1 ? " and constraint"
-                                                  : " and constraints",
-                            ":"));
+    add(Detail::full, text("Generalised coordinates  ", coordinates(), ", energies",
+                           mech_.C.size() == 0   ? ""
+                           : mech_.C.size() == 1 ? " and constraint"
+                                                 : " and constraints",
+                           ":"));
     energy("T", mech_.T, T_);
     energy("V", mech_.V, V_);
     for (Index k = 0; k < mech_.C.size(); ++k)
-      tell(Detail::full, indent + formula(mech_.C.size() > 1 ? "C" + subscript(k + 1) : "C", " = ",
-                                          ref(mech_.C[k]), " = 0"));
-    tell(Detail::brief, mech_.C.size() ? "Lagrange function  " + formula("L = T - V - zᵀC") + ":"
-                                       : "Lagrange function  " + formula("L = T - V") + ":");
-    tell(Detail::brief, indent + formula("L = ", ref(L_)));
+      add(Detail::full, indent + formula(mech_.C.size() > 1 ? "C" + subscript(k + 1) : "C", " = ",
+                                         ref(mech_.C[k]), " = 0"));
+    add(Detail::brief, mech_.C.size() ? "Lagrange function  " + formula("L = T - V - zᵀC") + ":"
+                                      : "Lagrange function  " + formula("L = T - V") + ":");
+    add(Detail::brief, indent + formula("L = ", ref(L_)));
   }
 
   void energy(const std::string& name, Expr given, Expr collected) {
-    tell(Detail::full, indent + formula(name, " = ", ref(given)));
-    if (collected != given) tell(Detail::full, indent + "  " + formula("= ", ref(collected)));
+    add(Detail::full, indent + formula(name, " = ", ref(given)));
+    if (collected != given) add(Detail::full, indent + "  " + formula("= ", ref(collected)));
   }
 
   void energies_alone() {
-    tell(Detail::every, "The energies and constraints contribute:");
-    tell_column(
+    add(Detail::every, "The energies and constraints contribute:");
+    add_column(
         Detail::every, [](const VecX& v) { return ref_partial("T", v); }, v_, gradient_terms(mech_.T, v_));
-    tell_column(
+    add_column(
         Detail::every, [](const VecX& q) { return ref_partial("T", q); }, mech_.q,
         gradient_terms(mech_.T, mech_.q));
-    tell_column(
+    add_column(
         Detail::every, [](const VecX& q) { return ref_partial("V", q); }, mech_.q,
         gradient_terms(mech_.V, mech_.q));
     for (Index k = 0; k < mech_.C.size(); ++k) {
       const std::string C = mech_.C.size() > 1 ? "C" + subscript(k + 1) : "C";
-      tell_column(
+      add_column(
           Detail::every, [&](const VecX& q) { return ref_partial(C, q); }, mech_.q,
           gradient_terms(mech_.C[k], mech_.q));
     }
   }
 
   void momenta() {
-    tell(Detail::full, "Its partial derivatives:");
+    add(Detail::full, "Its partial derivatives:");
     const VecX momentum = gradient_terms(L_, v_);
-    tell_column(
+    add_column(
         Detail::full, [](const VecX& v) { return ref_partial("L", v); }, v_, momentum);
-    tell_column(
+    add_column(
         Detail::full, [](const VecX& v) { return ref_rate_of_partial("L", v); }, v_,
         as_terms(v_, momentum.unaryExpr([](Expr e) { return total_derivative(e); })));
   }
 
   void slopes() {
-    tell_column(
+    add_column(
         Detail::full, [](const VecX& q) { return ref_partial("L", q); }, mech_.q,
         gradient_terms(L_, mech_.q));
   }
 
   void constraint_jacobian() {
     if (mech_.C.size() == 0) return;
-    tell(Detail::full,
-         text("The constraint Jacobian", mech_.C.size() > 1 ? ", one row per constraint:" : ":"));
-    tell(Detail::full,
-         indent + formula("∂C/∂q = ", ref(dae::dense(mech_.dCdq, mech_.C.size(), mech_.q.size()))));
+    add(Detail::full,
+        text("The constraint Jacobian", mech_.C.size() > 1 ? ", one row per constraint:" : ":"));
+    add(Detail::full,
+        indent + formula("∂C/∂q = ", ref(dae::dense(mech_.dCdq, mech_.C.size(), mech_.q.size()))));
   }
 
   bool has_forces() const {
@@ -211,17 +211,17 @@ class Derivation {
   }
 
   void virtual_work() {
-    if (!has_forces()) return tell(Detail::full, "No forces besides those of V: " + formula("Q = 0") + ".");
-    tell(Detail::full, "Generalised forces, from the virtual work  " + formula("δW = Qᵀ δq") + ":");
+    if (!has_forces()) return add(Detail::full, "No forces besides those of V: " + formula("Q = 0") + ".");
+    add(Detail::full, "Generalised forces, from the virtual work  " + formula("δW = Qᵀ δq") + ":");
     for (const auto& [p, F] : mech_.forces) {
       const MatX slope = jacobian(entries(p), entries(mech_.q)).unaryExpr([](Expr e) { return simplify(e); });
-      tell(Detail::full,
-           text(indent, "force ", formula(ref_side(F)), " at ", formula(ref_side(p)), ":  ",
-                formula("δW = Fᵀ δp = Fᵀ (∂p/∂q) δq"), ", which adds ",
-                formula("(∂p/∂q)ᵀ F = ", ref_side(as_terms(mech_.q, VecX(slope.transpose() * F))))));
-      tell(Detail::every, indent + formula("∂p/∂q = ", ref(slope)));
+      add(Detail::full,
+          text(indent, "force ", formula(ref_side(F)), " at ", formula(ref_side(p)), ":  ",
+               formula("δW = Fᵀ δp = Fᵀ (∂p/∂q) δq"), ", which adds ",
+               formula("(∂p/∂q)ᵀ F = ", ref_side(as_terms(mech_.q, VecX(slope.transpose() * F))))));
+      add(Detail::every, indent + formula("∂p/∂q = ", ref(slope)));
     }
-    tell_column(
+    add_column(
         Detail::full, [&](const VecX& q) { return "Q" + coordinate(q); }, mech_.q,
         as_terms(mech_.q, mech_.Q));
   }
@@ -239,8 +239,8 @@ class Derivation {
   }
 
   void equations() {
-    tell(Detail::brief,
-         text(formula("d/dt ∂L/∂q′ - ∂L/∂q = Q"), mech_.C.size() ? " and " + formula("C = 0") : "", ":"));
+    add(Detail::brief,
+        text(formula("d/dt ∂L/∂q′ - ∂L/∂q = Q"), mech_.C.size() ? " and " + formula("C = 0") : "", ":"));
     for (std::size_t b = 0; b < model_->blocks.size(); ++b) {
       const dae::Block& block = model_->blocks[b];
       const Index size = dae::rows_per_line(block.lhs, block.rhs), n = block.lhs.size();
@@ -248,33 +248,33 @@ class Derivation {
         const std::string number = size == 1 ? dae::row_label(block, static_cast<int>(b), static_cast<int>(i))
                                    : i == 0  ? text("(", b + 1, ")")
                                              : "   ";
-        tell(Detail::brief, text("  ", number, number.size() < 4 ? "  " : " ",
-                                 formula(ref_side(block.lhs.segment(i, size)), " = ",
-                                         ref_side(block.rhs.segment(i, size)))));
+        add(Detail::brief,
+            text("  ", number, number.size() < 4 ? "  " : " ",
+                 formula(ref_side(block.lhs.segment(i, size)), " = ", ref_side(block.rhs.segment(i, size)))));
       }
     }
   }
 
   void mass_matrix() {
     const Index n = mech_.q.size();
-    tell(Detail::full,
-         text("that is  ", formula("W(q) q″", mech_.C.size() ? " + (∂C/∂q)ᵀ z" : "", " = c"), "  with"));
-    tell(Detail::full, indent + formula("W = ∂²T/∂q′² = ", ref(dae::dense(mech_.M, n, n))));
-    tell(Detail::full, indent + formula("c = ", ref_side(mech_.rhs)));
+    add(Detail::full,
+        text("that is  ", formula("W(q) q″", mech_.C.size() ? " + (∂C/∂q)ᵀ z" : "", " = c"), "  with"));
+    add(Detail::full, indent + formula("W = ∂²T/∂q′² = ", ref(dae::dense(mech_.M, n, n))));
+    add(Detail::full, indent + formula("c = ", ref_side(mech_.rhs)));
   }
 
   void first_order() {
     const dae::ModelPtr low = dae::to_semi_explicit(model_);
     const bool solved = low->kind == dae::ModelKind::ode || low->kind == dae::ModelKind::semi_explicit;
-    tell(Detail::full, "As a system of first order, " +
-                           formula(mech_.C.size() ? "q′ = v,  v′ = W⁻¹ (c - (∂C/∂q)ᵀ z),  0 = C(q)"
-                                                  : "q′ = v,  v′ = W⁻¹ c") +
-                           (solved ? ":" : "; in rows, with W on the left:"));
+    add(Detail::full, "As a system of first order, " +
+                          formula(mech_.C.size() ? "q′ = v,  v′ = W⁻¹ (c - (∂C/∂q)ᵀ z),  0 = C(q)"
+                                                 : "q′ = v,  v′ = W⁻¹ c") +
+                          (solved ? ":" : "; in rows, with W on the left:"));
     for (const dae::Block& block : low->blocks) {
       const Index size = dae::rows_per_line(block.lhs, block.rhs);
       for (Index i = 0; i < block.lhs.size(); i += size)
-        tell(Detail::full, indent + formula(ref_side(block.lhs.segment(i, size)), " = ",
-                                            ref_side(block.rhs.segment(i, size))));
+        add(Detail::full, indent + formula(ref_side(block.lhs.segment(i, size)), " = ",
+                                           ref_side(block.rhs.segment(i, size))));
     }
   }
 

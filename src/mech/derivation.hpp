@@ -1,4 +1,4 @@
-// How the equations of a Lagrangian model were derived, as a solution sheet tells it.
+// How the equations of a Lagrangian model were derived, step by step, as in a solution sheet.
 #pragma once
 
 #include <string>

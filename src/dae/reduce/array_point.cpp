@@ -61,41 +61,40 @@ class StagedPoints {
 
 ArrayEquations::ArrayEquations(const Model& m, int order) : array(m.residuals, m.variables) {
   for (int k = 0; k < order; ++k) array.extend();
-  if (array.columns().size() <= most_columns) numeric.emplace(array);
+  columns = array.columns();
+  if (columns.size() <= most_columns) numeric.emplace(array);
 }
 
-std::optional<ArrayAt> regular_point(const Model& m, const ArrayEquationsPtr& equations,
-                                     const std::unordered_map<Expr, double>& near) {
+std::optional<ArrayPoint> regular_point(const Model& m, const ArrayEquationsPtr& equations,
+                                        const std::unordered_map<Expr, double>& near) {
   constexpr int seeds = 16;
   if (!equations->numeric) return {};
   const NumericArray& numeric = *equations->numeric;
-  ArrayAt best{equations, equations->array, equations->array.columns(), {}, {}, 0, 0, {}};
-  best.states = static_cast<Index>(best.array.states().size());
-  best.first = static_cast<Index>(best.array.first().size());
+  ArrayPoint best{equations, {}, {}, {}};
   int most = -1;
   std::optional<StagedPoints> staged;
   const auto point = [&](int seed, const std::unordered_map<Expr, double>& known) {
     if (staged) return staged->point(seed, near);
-    const auto& x = best.array.states();
+    const auto& x = best.array().states();
     const bool given = std::all_of(x.begin(), x.end(), [&](Expr leaf) { return near.count(leaf) > 0; });
     const Vec from = numeric.start(seed, near);
     // at a consistent start itself: near a start at rest, rows may be regular that are singular at rest
-    const auto there = given ? numeric.project(from, known, best.states) : std::nullopt;
+    const auto there = given ? numeric.project(from, known, best.states()) : std::nullopt;
     return there && !there->slow ? there : numeric.project(from, known, 0);
   };
   for (int attempt = 0; attempt < 2 * seeds && !(attempt >= seeds && most >= 0); ++attempt) {
     const int seed = attempt % seeds;
-    if (attempt == seeds) staged.emplace(m, best.array.order());
+    if (attempt == seeds) staged.emplace(m, best.array().order());
     const auto known = known_values(numeric, m, seed, near);
     const auto at = point(seed, known);
     if (!at || at->slow) continue;
     const ArrayRanks ranks = numeric.ranks(*at, known);
-    if (ranks.y != best.first + ranks.higher || ranks.y < best.first || ranks.all <= most) continue;
+    if (ranks.y != best.first() + ranks.higher || ranks.y < best.first() || ranks.all <= most) continue;
     most = ranks.all;
     best.w = at->w;
     best.known = known;
     best.J = equilibrated(numeric.jacobian(at->w, known));
-    if (most == static_cast<int>(best.array.rows().size()) || !near.empty()) break;
+    if (most == static_cast<int>(best.array().rows().size()) || !near.empty()) break;
   }
   if (most < 0) return {};
   return best;
@@ -105,7 +104,8 @@ std::unordered_map<Expr, double> values_at_regular_point(const Model& m, int ord
   const auto at = regular_point(m, std::make_shared<const ArrayEquations>(m, order), {});
   if (!at) return {};
   auto values = at->known;
-  for (std::size_t j = 0; j < at->columns.size(); ++j) values[at->columns[j]] = at->w[j];
+  const std::vector<Expr>& columns = at->equations->columns;
+  for (std::size_t j = 0; j < columns.size(); ++j) values[columns[j]] = at->w[j];
   return values;
 }
 

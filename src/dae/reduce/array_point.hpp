@@ -16,26 +16,28 @@ namespace pendula::dae {
 /// F_k, as expressions and with numbers; nothing of a point.
 struct ArrayEquations {
   DerivativeArray array;
+  std::vector<Expr> columns;            ///< of the array: x, x′ and z, higher derivatives
   std::optional<NumericArray> numeric;  ///< empty where there are too many unknowns
   ArrayEquations(const Model& m, int order);
 };
 using ArrayEquationsPtr = std::shared_ptr<const ArrayEquations>;
 
 /// A point of F_k = 0, and the equilibrated Jacobian there.
-struct ArrayAt {
+struct ArrayPoint {
   ArrayEquationsPtr equations;
-  const DerivativeArray& array;
-  std::vector<Expr> columns;
   Vec w;
   Mat J;
-  Eigen::Index states, first;
   std::unordered_map<Expr, double> known;  ///< t, inputs, parameters
+
+  const DerivativeArray& array() const { return equations->array; }
+  Eigen::Index states() const { return static_cast<Eigen::Index>(array().states().size()); }
+  Eigen::Index first() const { return static_cast<Eigen::Index>(array().first().size()); }
 };
 
 /// A point of F_k = 0 that determines x′ and at which the rank of the rows is the largest found. Searched
 /// near the given values if there are any.
-std::optional<ArrayAt> regular_point(const Model& m, const ArrayEquationsPtr& equations,
-                                     const std::unordered_map<Expr, double>& near);
+std::optional<ArrayPoint> regular_point(const Model& m, const ArrayEquationsPtr& equations,
+                                        const std::unordered_map<Expr, double>& near);
 
 /// Values of all leaves at a point of F_order = 0 where x′ is determined; empty where none is found.
 std::unordered_map<Expr, double> values_at_regular_point(const Model& model, int order);

@@ -118,7 +118,7 @@ Expr over_one_denominator(Expr e) {
   }
 }
 
-void tell_solution(const Remainder& r, const MatX& A, std::vector<std::string>& lines) {
+void add_solution(const Remainder& r, const MatX& A, std::vector<std::string>& lines) {
   const VecX b = right_side(r).unaryExpr(&readable_entry);
   if (std::any_of(b.begin(), b.end(), [](Expr e) { return !is_short(e, longest_node); })) {
     lines.push_back(shown_from(Detail::every, "     " + formula("b = ", ref(b))));
@@ -151,7 +151,7 @@ void tell_solution(const Remainder& r, const MatX& A, std::vector<std::string>& 
   }
 }
 
-void tell_mechanics(const Model& m, std::vector<std::string>& lines) {
+void add_mechanics(const Model& m, std::vector<std::string>& lines) {
   if (!m.mechanics || m.mechanics->C.size() == 0) return;
   // the rows for z of least norm are included
   if (m.blocks.back().rhs.size() < m.mechanics->C.size()) return;
@@ -186,7 +186,7 @@ Expr on_constraints(Expr e, const std::vector<Constraint>& constraints) {
 std::vector<std::string> rank_reason(const Model& low) {
   std::vector<std::string> lines;
   if (low.variables.size() > most_variables) return lines;
-  tell_mechanics(low, lines);
+  add_mechanics(low, lines);
   Remainder r(low);
   if (!r.is_small()) return lines;
   const auto n = static_cast<Index>(r.unknowns.size());
@@ -217,7 +217,7 @@ std::vector<std::string> rank_reason(const Model& low) {
       lines.push_back(
           shown_from(Detail::full, text("     ", formula("A"), " is regular where  ", where, ".")));
   }
-  tell_solution(r, A, lines);
+  add_solution(r, A, lines);
   return lines;
 }
 

@@ -51,10 +51,10 @@ Columns pivots(const Mat& m, Index count) {
 /// Independent columns of ∂F_k/∂(higher derivatives), low orders first. The open derivatives are then of
 /// highest order, in which the rows are linear. Other choices lead to quadratic equations, which may have
 /// no real root.
-Columns higher_of_low_order(const ArrayAt& a) {
+Columns higher_of_low_order(const ArrayPoint& a) {
   std::map<int, Columns> by_order;
-  for (Index j = a.states + a.first; j < a.J.cols(); ++j)
-    by_order[symbol_of(a.columns[j]).order].push_back(j);
+  for (Index j = a.states() + a.first(); j < a.J.cols(); ++j)
+    by_order[symbol_of(a.equations->columns[j]).order].push_back(j);
   Columns chosen, seen;
   for (const auto& [order, columns] : by_order) {
     seen.insert(seen.end(), columns.begin(), columns.end());
@@ -80,29 +80,29 @@ struct ArraySelection {
 /// Chooses a square regular system in (dependent x, x′, higher): as many higher derivatives as are
 /// independent, and as many x as F_k = 0 has conditions on them. Variables without derivative in F and rows
 /// with few derivatives are preferred.
-ArraySelection select(const ArrayAt& a, const Model& m) {
+ArraySelection select(const ArrayPoint& a, const Model& m) {
   constexpr double prefer = 1e2;
   ArraySelection s;
   s.higher = higher_of_low_order(a);
-  Columns y = range(a.states, a.states + a.first);
+  Columns y = range(a.states(), a.states() + a.first());
   y.insert(y.end(), s.higher.begin(), s.higher.end());
   const Mat Y = columns_of(a.J, y);
   const Eigen::HouseholderQR<Mat> qr(Y);
   const Mat left = full_q(qr.householderQ()).rightCols(a.J.rows() - Y.cols());  // left null space
-  Mat conditions = left.transpose() * a.J.leftCols(a.states);
+  Mat conditions = left.transpose() * a.J.leftCols(a.states());
   const int count = rank_with_gap(a.J).rank - static_cast<int>(y.size());
   // at a singular point, conditions that are independent nearby become dependent
-  if (count < 0 || count > a.states)
+  if (count < 0 || count > a.states())
     throw Failure(
         "the form \"array\": the rows of the derivative array have no clear rank at this point; choose another one, "
         "reduce(\"array\", { at = sys:init{ … } })");
-  for (Index j = 0; j < a.states; ++j)
+  for (Index j = 0; j < a.states(); ++j)
     if (m.variables[j].order == 0) conditions.col(j) *= prefer;
   s.dependent = pivots(conditions, count);
   Columns unknowns = s.dependent;
   unknowns.insert(unknowns.end(), y.begin(), y.end());
   Mat S = columns_of(a.J, unknowns).transpose();
-  const auto equations = static_cast<Index>(a.array.equations());
+  const auto equations = static_cast<Index>(a.array().equations());
   for (Index i = 0; i < S.cols(); ++i) S.col(i) /= std::pow(prefer, static_cast<double>(i / equations));
   s.rows = pivots(S, S.rows());
   std::sort(s.rows.begin(), s.rows.end());
@@ -110,14 +110,14 @@ ArraySelection select(const ArrayAt& a, const Model& m) {
 }
 
 /// Drops higher derivatives that occur in a single row, together with that row, which only defines them.
-void prune(ArraySelection& s, const ArrayAt& a) {
+void prune(ArraySelection& s, const ArrayPoint& a) {
   for (bool again = true; again;) {
     again = false;
     for (std::size_t k = 0; k < s.higher.size() && !again; ++k) {
-      const Expr leaf = a.columns[s.higher[k]];
+      const Expr leaf = a.equations->columns[s.higher[k]];
       Columns users;
       for (Index i : s.rows) {
-        const Expr row = a.array.rows()[i];
+        const Expr row = a.array().rows()[i];
         if (depends_on(row, leaf)) users.push_back(i);
       }
       if (users.size() != 1) continue;
@@ -131,15 +131,15 @@ void prune(ArraySelection& s, const ArrayAt& a) {
 /// Constants for the higher derivatives that the rows contain but do not determine. Any value is valid, so 0.
 /// If the rows are nonlinear in the higher derivatives, 0 may admit no start, or be too far from one; then
 /// the values at the given point are used.
-Substitution constants_for_open(const ArrayAt& a, const ArraySelection& s, bool given) {
+Substitution constants_for_open(const ArrayPoint& a, const ArraySelection& s, bool given) {
   std::vector<Expr> rows, higher;
-  for (Index i : s.rows) rows.push_back(a.array.rows()[i]);
+  for (Index i : s.rows) rows.push_back(a.array().rows()[i]);
   const std::vector<Expr> inside = leaves(rows);
   const std::unordered_set<Expr> used(inside.begin(), inside.end());
   const std::set<Index> chosen(s.higher.begin(), s.higher.end());
   Substitution zeros, values;
-  for (Index j = a.states + a.first; j < a.J.cols(); ++j) {
-    const Expr leaf = a.columns[j];
+  for (Index j = a.states() + a.first(); j < a.J.cols(); ++j) {
+    const Expr leaf = a.equations->columns[j];
     if (!used.count(leaf)) continue;
     higher.push_back(leaf);
     if (chosen.count(j)) continue;
@@ -166,15 +166,15 @@ struct Replacement {
 
 /// The x′ of states to be replaced by unknowns: all except those that occur only in a row x′ = f. Otherwise z
 /// would follow from the x′ of the method, whose errors are the tolerance divided by the step.
-std::vector<Expr> slopes_of_states(const ArrayAt& a, const ArraySelection& s, const Model& m) {
+std::vector<Expr> slopes_of_states(const ArrayPoint& a, const ArraySelection& s, const Model& m) {
   std::unordered_map<Expr, std::size_t> solved_in;
   for (const Solved& row : solved_rows(m)) solved_in[row.derivative] = row.residual;
   std::unordered_map<Expr, std::vector<Index>> users;
   for (Index i : s.rows)
-    for (Expr leaf : leaves({&a.array.rows()[i], 1})) users[leaf].push_back(i);
+    for (Expr leaf : leaves({&a.array().rows()[i], 1})) users[leaf].push_back(i);
   std::vector<Expr> list;
-  for (Index j = 0; j < a.states; ++j) {
-    const Expr slope = derivative_leaf(a.columns[j]);
+  for (Index j = 0; j < a.states(); ++j) {
+    const Expr slope = derivative_leaf(a.equations->columns[j]);
     const auto own = solved_in.find(slope);
     const auto& rows = users[slope];
     const bool dependent = std::find(s.dependent.begin(), s.dependent.end(), j) != s.dependent.end();
@@ -186,7 +186,7 @@ std::vector<Expr> slopes_of_states(const ArrayAt& a, const ArraySelection& s, co
   return list;
 }
 
-Replacement replacement(const ArrayAt& a, const ArraySelection& s, const Model& m,
+Replacement replacement(const ArrayPoint& a, const ArraySelection& s, const Model& m,
                         const Substitution& constants) {
   Replacement r;
   auto used = used_names(m);
@@ -201,8 +201,8 @@ Replacement replacement(const ArrayAt& a, const ArraySelection& s, const Model& 
     r.by[leaf] = printed_as_derivative ? declared_for(leaf, made) : newly_declared_by_form(made);
     r.made.push_back(r.by[leaf]);
   };
-  for (Index j : s.dependent) introduce(derivative_leaf(a.columns[j]));
-  for (Index j : s.higher) introduce(a.columns[j]);
+  for (Index j : s.dependent) introduce(derivative_leaf(a.equations->columns[j]));
+  for (Index j : s.higher) introduce(a.equations->columns[j]);
   r.slopes = slopes_of_states(a, s, m);
   for (Expr slope : r.slopes) introduce(slope, false);
   r.by.insert(constants.begin(), constants.end());
@@ -212,9 +212,9 @@ Replacement replacement(const ArrayAt& a, const ArraySelection& s, const Model& 
 /// "once", "twice", "3 times".
 std::string times(int k) { return k == 1 ? "once" : k == 2 ? "twice" : text(k, " times"); }
 
-void tell_selection(ModelOptions& options, const Model& m, const ArrayAt& a, const ArraySelection& s,
-                    const Replacement& r, int index) {
-  const int n = static_cast<int>(a.array.equations());
+void trace_selection(ModelOptions& options, const Model& m, const ArrayPoint& a, const ArraySelection& s,
+                     const Replacement& r, int index) {
+  const int n = static_cast<int>(a.array().equations());
   options.trace.push_back(text("array: the index is ", index, ": the ", n,
                                " equations and their derivatives up to order ", index,
                                " determine the derivatives of all unknowns."));
@@ -224,7 +224,7 @@ void tell_selection(ModelOptions& options, const Model& m, const ArrayAt& a, con
                  "array at a point of the solution):"));
   std::map<int, std::vector<std::string>> by_order;
   for (Index i : s.rows)
-    by_order[static_cast<int>(i) / n].push_back(m.label(static_cast<std::size_t>(i) % a.array.equations()));
+    by_order[static_cast<int>(i) / n].push_back(m.label(static_cast<std::size_t>(i) % a.array().equations()));
   for (const auto& [k, rows] : by_order)
     options.trace.push_back(text("     ", k == 0 ? "as they were written" : "differentiated " + times(k),
                                  ": ", join(rows, ", ")));
@@ -240,7 +240,7 @@ void tell_selection(ModelOptions& options, const Model& m, const ArrayAt& a, con
       "chooses the rows that suit a start."));
 }
 
-ModelPtr made_of(const ModelPtr& source, const ArrayAt& a, const ArraySelection& s, int index,
+ModelPtr made_of(const ModelPtr& source, const ArrayPoint& a, const ArraySelection& s, int index,
                  const Substitution& constants) {
   const Model& m = *source;
   const Replacement r = replacement(a, s, m, constants);
@@ -249,8 +249,8 @@ ModelPtr made_of(const ModelPtr& source, const ArrayAt& a, const ArraySelection&
   options.mechanics.reset();
   std::vector<Block> blocks;
   for (Index i : s.rows) {
-    const auto row = static_cast<std::size_t>(i) % a.array.equations();
-    const int k = static_cast<int>(static_cast<std::size_t>(i) / a.array.equations());
+    const auto row = static_cast<std::size_t>(i) % a.array().equations();
+    const int k = static_cast<int>(static_cast<std::size_t>(i) / a.array().equations());
     const std::string label = constraint_label(m, row, k);
     const auto [block, within] = m.origin[row];
     if (k == 0)
@@ -258,7 +258,7 @@ ModelPtr made_of(const ModelPtr& source, const ArrayAt& a, const ArraySelection&
                         VecX::Constant(1, substitute(m.blocks[block].rhs[within], r.by)), label});
     else
       blocks.push_back({VecX::Constant(1, Expr(0)),
-                        VecX::Constant(1, tidied(substitute(a.array.rows()[i], r.by))), label});
+                        VecX::Constant(1, tidied(substitute(a.array().rows()[i], r.by))), label});
   }
   for (Expr slope : r.slopes)
     blocks.push_back({VecX::Constant(1, slope), VecX::Constant(1, r.by.at(slope)), ""});
@@ -267,17 +267,17 @@ ModelPtr made_of(const ModelPtr& source, const ArrayAt& a, const ArraySelection&
     if (!meaning.is_constant()) options.relations[leaf] = meaning;
   options.u = m.inputs;
   std::vector<Expr> dependent;
-  for (Index j : s.dependent) dependent.push_back(a.columns[j]);
+  for (Index j : s.dependent) dependent.push_back(a.equations->columns[j]);
   for (const Variable& v : m.variables)
     (std::find(dependent.begin(), dependent.end(), v.leaf) == dependent.end() ? options.x : options.z)
         .push_back(v.leaf);
   options.z.insert(options.z.end(), r.made.begin(), r.made.end());
-  tell_selection(options, m, a, s, r, index);
+  trace_selection(options, m, a, s, r, index);
   return make_model(std::move(blocks), std::move(options));
 }
 
 /// The model of a selection; remembered where it contains no number of the point.
-ModelPtr form_of(const ModelPtr& source, const ArrayAt& a, ArraySelection s, int index, bool given) {
+ModelPtr form_of(const ModelPtr& source, const ArrayPoint& a, ArraySelection s, int index, bool given) {
   using Key = std::pair<ModelPtr, Columns>;
   struct Hash {
     std::size_t operator()(const Key& key) const {

@@ -157,8 +157,8 @@ Substitution stand_ins(const Model& m, const DummySelection& selection, std::vec
 }
 
 /// Explains the choice: the differentiated equations can be solved for these derivatives.
-void tell_choice(const std::vector<Expr>& rows, const Model& m, const Offsets& o,
-                 const DummySelection& selection, std::vector<std::string>& trace) {
+void trace_choice(const std::vector<Expr>& rows, const Model& m, const Offsets& o,
+                  const DummySelection& selection, std::vector<std::string>& trace) {
   constexpr std::size_t largest = 3;
   constexpr int widest = 80;
   std::vector<Expr> chosen;
@@ -170,18 +170,18 @@ void tell_choice(const std::vector<Expr>& rows, const Model& m, const Offsets& o
   const MatX J = jacobian(rows, chosen).unaryExpr([](Expr e) { return simplify(e); });
   const Expr determinant = simplify(linalg::determinant(J));
   if (display_width(to_text(determinant)) > widest) return;
-  const auto tell = [&](const auto&... parts) {
+  const auto add = [&](const auto&... parts) {
     trace.push_back(shown_from(Detail::full, text("     ", parts...)));
   };
   const std::string where =
       exact_value(determinant) ? "" : text(" where ", formula(ref(determinant), " ≠ 0"));
   if (chosen.size() == 1)
-    return tell("The highest derivative is linear in ", names_of(chosen), " with the coefficient ",
-                formula(ref(J(0, 0))), ": it can be solved for it", where, ".");
-  tell("The highest derivatives are linear in ", names_of(chosen), " with the Jacobian");
-  tell(formula("J = ", ref(J)));
-  tell(formula("det J = ", ref(determinant)));
-  tell("They can be solved for these unknowns", where, ".");
+    return add("The highest derivative is linear in ", names_of(chosen), " with the coefficient ",
+               formula(ref(J(0, 0))), ": it can be solved for it", where, ".");
+  add("The highest derivatives are linear in ", names_of(chosen), " with the Jacobian");
+  add(formula("J = ", ref(J)));
+  add(formula("det J = ", ref(determinant)));
+  add("They can be solved for these unknowns", where, ".");
 }
 
 /// Of a regular source. Says nothing of the numbers that the selection was made with.
@@ -217,7 +217,7 @@ ModelPtr made_with(const ModelPtr& source, const DummySelection& selection) {
                       " equations more than unknowns. As many derivatives become algebraic unknowns:")));
   options.trace.push_back(
       text("     ", names_of(selection.dummies), " are replaced by the dummy derivatives ", names_of(made)));
-  tell_choice(highest, *source, a.offsets, selection, options.trace);
+  trace_choice(highest, *source, a.offsets, selection, options.trace);
   options.trace.push_back(text("     States: ", names_of(states), "."));
   options.trace.push_back("     Every constraint is an equation, so nothing drifts; the index is 1.");
   return make_model(std::move(blocks), std::move(options));

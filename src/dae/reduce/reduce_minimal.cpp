@@ -77,7 +77,7 @@ class Dependents {
     trace.push_back(text("minimal: ", c.label, " = 0 is linear in ", ref(best->leaf), ":  ",
                          formula(ref(best->leaf), " = ", ref(phi)),
                          best->safe ? "" : ",  valid where " + formula(ref(simplify(best->slope)), " ≠ 0")));
-    tell_derivatives(best->leaf, phi);
+    trace_derivatives(best->leaf, phi);
   }
 
   /// y -> φ, y′ -> φ′ … for everything solved so far.
@@ -206,11 +206,11 @@ class Dependents {
                          formula(ref(best->leaf), " = ", ref(phi)), ",  the root of the start (",
                          formula(ref(best->leaf), " = "), rounded(at_.at(best->leaf), 6), "),  valid while ",
                          formula(ref(inside), " > 0")));
-    tell_derivatives(best->leaf, phi);
+    trace_derivatives(best->leaf, phi);
   }
 
   /// Reports the consequences of y = φ for y′ and y″.
-  void tell_derivatives(Expr leaf, Expr phi) {
+  void trace_derivatives(Expr leaf, Expr phi) {
     constexpr int widest = 120;
     const Substitution own = with_derivatives(leaf, phi);
     for (int k = 1; k < static_cast<int>(own.size()); ++k) {
@@ -269,7 +269,7 @@ std::vector<Block> remaining(const Model& m, const std::vector<Chain>& removed, 
 }
 
 /// The equations after the substitution, before multipliers are eliminated.
-void tell_equations(const std::vector<Block>& blocks, std::vector<std::string>& trace) {
+void trace_equations(const std::vector<Block>& blocks, std::vector<std::string>& trace) {
   constexpr Index most = 8;
   constexpr int widest = 150;
   Index rows = 0;
@@ -329,7 +329,7 @@ ModelPtr reduce_minimal(const ModelPtr& model, const ReduceOptions& request) {
            " derivatives leaves the coordinates ", kept.empty() ? "none" : grouped_names(kept),
            "; the constraints hold identically, so nothing drifts."));
   std::vector<Block> rest = remaining(*source, list, d);
-  tell_equations(rest, options.trace);
+  trace_equations(rest, options.trace);
   const ModelPtr small = make_model(std::move(rest), std::move(options));
   if (small->residuals.size() != small->variables.size())
     throw Failure(text("form \"minimal\": substituting ", grouped_names(gone), " leaves ",

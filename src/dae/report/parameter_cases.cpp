@@ -68,12 +68,12 @@ class Cases {
       const bool holds = vanishes(factor, model_);
       for (const auto& [p, value] : exceptional_values(factor))
         if (!holds)
-          look_at(p, value);
+          add_exceptional_value(p, value);
         else if (vanishes(p - value, model_))
-          tell(text(to_text(p), " ≠ ", to_text(value)), answer_of(without_value(model_, p)),
-               model_.values.count(p) > 0);
+          add_case(text(to_text(p), " ≠ ", to_text(value)), answer_of(without_value(model_, p)),
+                   model_.values.count(p) > 0);
     }
-    for (const Case& first : found_) look_beyond(first);
+    for (const Case& first : found_) add_pairs_of_values(first);
     return std::move(lines_);
   }
 
@@ -95,16 +95,16 @@ class Cases {
     }
   }
 
-  void look_at(Expr p, Expr value) {
+  void add_exceptional_value(Expr p, Expr value) {
     Case next{p, value, "", with_value(model_, p, value)};
     next.answer = answer_of(next.there);
     const bool open = !model_.values.count(p);
-    tell(place(p, value), next.answer, open);
+    add_case(place(p, value), next.answer, open);
     if (open && next.answer != "no index") found_.push_back(std::move(next));
   }
 
   /// The other coefficients of det(sE - A), one of which leads when the first factor vanishes.
-  void look_beyond(const Case& first) {
+  void add_pairs_of_values(const Case& first) {
     std::vector<Expr> factors;
     add_leading_factors(*first.there, factors);
     for (Expr factor : factors) {
@@ -115,12 +115,12 @@ class Cases {
         const std::string answer = answer_of(with_value(*first.there, p, value));
         std::array both{place(first.p, *first_value), place(p, value)};
         std::sort(both.begin(), both.end());
-        if (answer != first.answer) tell(both[0] + " and " + both[1], answer, true);
+        if (answer != first.answer) add_case(both[0] + " and " + both[1], answer, true);
       }
     }
   }
 
-  void tell(const std::string& where, const std::string& answer, bool always) {
+  void add_case(const std::string& where, const std::string& answer, bool always) {
     constexpr std::size_t most = 8;
     const std::string line = "for " + where + ": " + answer;
     const bool is_new = std::find(lines_.begin(), lines_.end(), line) == lines_.end();

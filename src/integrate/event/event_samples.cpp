@@ -65,14 +65,15 @@ void EventFinder::sample_near_start(Stepper& stepper, const StepView& step, doub
 /// x′ and z to begin with inside a step: the parabola through the last look, with its slope, and the end of
 /// the step that lies behind.
 void EventFinder::predict(const StepView& step, Point& at) const {
-  if (!(look_.at.t >= step.from.t && look_.at.t <= step.to.t) || look_.at.t == at.t) return;
-  const Point& end = at.t > look_.at.t ? step.to : step.from;
-  const double s = at.t - look_.at.t, length = end.t - look_.at.t;
+  if (!(last_solved_.at.t >= step.from.t && last_solved_.at.t <= step.to.t) || last_solved_.at.t == at.t)
+    return;
+  const Point& end = at.t > last_solved_.at.t ? step.to : step.from;
+  const double s = at.t - last_solved_.at.t, length = end.t - last_solved_.at.t;
   const auto between = [&](const Vec& y, const Vec& rate, const Vec& there, Vec& out) {
     out = y + s * rate + (s / length) * (s / length) * (there - y - length * rate);
   };
-  between(look_.at.xdot, look_.rate.xdot, end.xdot, at.xdot);
-  between(look_.at.z, look_.rate.z, end.z, at.z);
+  between(last_solved_.at.xdot, last_solved_.rate.xdot, end.xdot, at.xdot);
+  between(last_solved_.at.z, last_solved_.rate.z, end.z, at.z);
 }
 
 /// dg/dt of the conditions that contain x′ or z, at a point that has been sampled or is an end of the step:
@@ -91,13 +92,13 @@ bool EventFinder::differentiate(Stepper& stepper, const StepView& step, double t
   if ((coarse || !stepper.is_explicit()) && !solve_at(stepper, point_, accuracy)) return false;
   const double length = of_step * (step.to.t - step.from.t);
   const double apart = t - length < step.from.t ? length : -length;
-  beside_ = point_;
-  beside_.t += apart;
-  beside_.x += apart * point_.xdot;
-  if (!solve_at(stepper, beside_, accuracy)) return false;
+  tangent_point_ = point_;
+  tangent_point_.t += apart;
+  tangent_point_.x += apart * point_.xdot;
+  if (!solve_at(stepper, tangent_point_, accuracy)) return false;
   evaluate(point_, neighbour_);
   const std::vector<double> g = neighbour_.g, parts = neighbour_.narrow;
-  evaluate(beside_, neighbour_);
+  evaluate(tangent_point_, neighbour_);
   for (std::size_t i = 0; i < conditions_->measured.size(); ++i) {
     if (!conditions_->measured[i] || ignored_[i]) continue;
     out.slope[i] = (neighbour_.g[i] - g[i]) / apart;
@@ -108,9 +109,9 @@ bool EventFinder::differentiate(Stepper& stepper, const StepView& step, double t
     out.bend[k] = (neighbour_.narrow[k] - parts[k]) / apart;
     if (coarse) out.narrow[k] = parts[k];
   }
-  std::swap(look_.at, point_);
-  look_.rate.xdot = (beside_.xdot - look_.at.xdot) / apart;
-  look_.rate.z = (beside_.z - look_.at.z) / apart;
+  std::swap(last_solved_.at, point_);
+  last_solved_.rate.xdot = (tangent_point_.xdot - last_solved_.at.xdot) / apart;
+  last_solved_.rate.z = (tangent_point_.z - last_solved_.at.z) / apart;
   return true;
 }
 

@@ -24,7 +24,7 @@ EventFinder::EventFinder(const ProblemPtr& problem, const std::vector<Event>& ev
   finite_ = ignored_;
   beginnings_.resize(events.size());
   largest_.assign(events.size(), 0);
-  look_.at.t = std::numeric_limits<double>::infinity();
+  last_solved_.at.t = std::numeric_limits<double>::infinity();
   std::vector<EventConditions::Condition> list;
   for (const Event& event : events) list.push_back({event.when, !event.termination_reason.empty()});
   conditions_ = EventConditions::of(*problem, list);
@@ -197,7 +197,7 @@ void EventFinder::start(const Point& point, const std::vector<Crossing>& crossed
   if (events_->empty()) return;
   evaluate(point, last_);
   fresh_ = true;
-  look_.at.t = std::numeric_limits<double>::infinity();
+  last_solved_.at.t = std::numeric_limits<double>::infinity();
   coarse_.has_before = coarse_.has_beginning = false;
   // Near accumulation points of events the root of the continuous extension may differ much from that of the
   // solution. Then g is not small relative to its slope, but the root has been handled.

@@ -242,11 +242,11 @@ class EventFinder {
   Sample last_;        ///< at the last point looked at; signs of zeros are those just after
   Sample last_exact_;  ///< the last exact sample before the coarse ones of the step
   Sample here_, probe_, neighbour_;
-  Point point_, beside_;
+  Point point_, tangent_point_;
   /// Where x′ and z were solved for last, and x″ and z′ there.
   struct {
     Point at, rate;
-  } look_;
+  } last_solved_;
   /// How well the cubic through the ends of the step follows the solution.
   struct {
     std::vector<double> errors;  ///< in its middle, of each condition; then of each narrow part, relative

@@ -279,7 +279,7 @@ void PiecewiseForm::replace(const Branch& branch, const std::vector<Treatment>& 
     return;
   }
   const Treatment treated = treatment[branch.surface];
-  if (treated == Treatment::thawed || (branch.mode < 0 && treated != Treatment::sliding)) return;
+  if (treated == Treatment::unfrozen || (branch.mode < 0 && treated != Treatment::sliding)) return;
   const bool is_fixed = branch.mode >= 0 && (treated != Treatment::sliding || !branch.combined);
   const Expr mode = is_fixed ? modes_[branch.mode] : *branch.combined;
   switch (node.op()) {

@@ -21,7 +21,7 @@
 // Behind a border a frozen branch may have no value, √x of √max(0, x) at x < 0. Where the equations are
 // continuous there, it is not frozen; where they jump, the root has the value of its edge, 0, there.
 //
-// A run may thaw borders on which the equations are continuous, where locating does not pay: they are
+// A run may unfreeze borders on which the equations are continuous, where locating does not pay: they are
 // evaluated as they are written from then on, and the error control sees to the kinks.
 //
 // see  Hairer, Nørsett & Wanner I, 2nd ed., §II.6, "Numerical treatment of discontinuities";
@@ -58,7 +58,7 @@ struct Mode {
 enum class Smoothness { smooth, kink, open };
 
 /// How a run treats a border: its branches held fixed, as they are written, or combined (filippov.hpp).
-enum class Treatment : char { frozen, thawed, sliding };
+enum class Treatment : char { frozen, unfrozen, sliding };
 
 struct Surface {
   Expr when;                ///< the surface is 0 = when

@@ -8,7 +8,7 @@
 namespace pendula::integrate {
 
 /// Builds the equations with the original branches, not frozen ones, for borders that contain x′ or z and for
-/// those that are thawed.
+/// those that are unfrozen.
 void AcrossBorders::make(const std::vector<Treatment>& treatment) {
   made_for_ = treatment;
   live_ = nullptr;
@@ -21,7 +21,7 @@ void AcrossBorders::make(const std::vector<Treatment>& treatment) {
     if (!event.surface || event.modes.empty() || event.smoothness == Smoothness::open) continue;
     const std::vector<Expr> inside = leaves({&event.when, 1});
     if (std::any_of(inside.begin(), inside.end(), [&](Expr leaf) { return solved_for.count(leaf) > 0; }))
-      as_written[event.surface_number] = Treatment::thawed;
+      as_written[event.surface_number] = Treatment::unfrozen;
   }
   if (as_written == treatment) return;
   live_ = plan.treat(as_written, {}).problem;

@@ -153,7 +153,7 @@ class AdaptiveRun {
     poll_interrupt();
     check_progress();
     state_.view.record = nullptr;
-    if (modes_.slide_where_creeping()) events_.begin_again(Point(stepper().here()), {});
+    if (modes_.slide_where_steps_are_tiny()) events_.begin_again(Point(stepper().here()), {});
     step();
     if (breaks_.has_repeated_step()) return;
     if (has_passed_pole(outcome)) return;
@@ -202,8 +202,8 @@ class AdaptiveRun {
     } catch (const Failure&) {
       const Point here = stepper().here();
       if (breaks_.has_jumped_to_next(here)) return method_.step();
-      const bool thawed = plan().modes > 0 && modes_.thaw_all(here);
-      if (!thawed && !modes_.slide_where_crossed(here, true)) throw;
+      const bool unfrozen = plan().modes > 0 && modes_.unfreeze_all(here);
+      if (!unfrozen && !modes_.slide_where_crossed(here, true)) throw;
       events_.begin_again(here, {});
     }
     method_.step();
@@ -217,11 +217,11 @@ class AdaptiveRun {
                                                 "take method = \"radau\" or \"bdf\""
                                               : ""));
     constexpr double vanished = 1e-6, almost = 0.01;  // relative to the value at the start
-    constexpr double creeping = 1e-7;                 // step size relative to the time since the start
+    constexpr double tiny = 1e-7;                     // step size relative to the time since the start
     const bool guarded = !plan().guards.empty() || !plan().blocks.empty();
     const double t = stepper().here().t;
     if (guarded && stall_.is_stalled(t, stats, state_.interval()) &&
-        !singularity_nearby(stepper().next_dt() < creeping * (t - plan().from) ? almost : vanished).empty())
+        !singularity_nearby(stepper().next_dt() < tiny * (t - plan().from) ? almost : vanished).empty())
       throw Failure(text("no progress in the last ", StallDetector::every, " steps (step size ",
                          rounded(stepper().next_dt(), 2), ")"));
     constexpr int often = 8;  // steps

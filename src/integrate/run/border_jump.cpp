@@ -21,7 +21,7 @@ bool BorderJump::is_continuous(int event, const Point& point) {
   const Plan& plan = state_.plan;
   if (!plan.treat) return false;
   if (!live_) {
-    live_ = plan.treat(std::vector<Treatment>(plan.events.list.size(), Treatment::thawed), {}).problem;
+    live_ = plan.treat(std::vector<Treatment>(plan.events.list.size(), Treatment::unfrozen), {}).problem;
   }
   const Vec n = direction(event, point);
   if (!n.allFinite() || n.isZero(0)) return false;

@@ -381,10 +381,10 @@ void EventHandler::check_accumulation(Point& point, const EventFinder::Hit& hit)
   const int which = last_event_ >= 0 && since_event_ <= 2 ? last_event_ : hit.list.front().which;
   const Event event = state_.plan.events.list[which];  // the list may grow
   const bool again = point.t - last_accumulation_ < 1e-6 * state_.interval();
-  const bool thawed = event.surface && !again && modes_.thaw(hit.list, point);
-  const bool slides = event.surface && !again && !thawed && modes_.slide_where_crossed(point);
+  const bool unfrozen = event.surface && !again && modes_.unfreeze(hit.list, point);
+  const bool slides = event.surface && !again && !unfrozen && modes_.slide_where_crossed(point);
   if (slides) point = state_.stepper().here();  // moved onto the borders
-  if (thawed || slides) {
+  if (unfrozen || slides) {
     last_accumulation_ = point.t;
     zeno_ = {};
     return;

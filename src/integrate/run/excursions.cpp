@@ -8,9 +8,9 @@
 
 namespace pendula::integrate {
 
-void Excursions::watch(std::vector<char> thawed) {
-  thawed_ = std::move(thawed);
-  any_ = std::find(thawed_.begin(), thawed_.end(), 1) != thawed_.end();
+void Excursions::watch(std::vector<char> unfrozen) {
+  unfrozen_ = std::move(unfrozen);
+  any_ = std::find(unfrozen_.begin(), unfrozen_.end(), 1) != unfrozen_.end();
   finder_.reset();
   gradients_.clear();
   if (!any_) return;
@@ -22,13 +22,13 @@ bool Excursions::in_last_step() {
   constexpr long few = 20;
   if (!any_ || (repeated_ > few && repeated_ > state_.stats().steps)) return false;
   EventFinder& finder = *finder_;
-  for (std::size_t i = 0; i < thawed_.size(); ++i) finder.ignore(static_cast<int>(i), !thawed_[i]);
+  for (std::size_t i = 0; i < unfrozen_.size(); ++i) finder.ignore(static_cast<int>(i), !unfrozen_[i]);
   finder.start(state_.view.to);
   const std::vector<double> there = finder.values();
   finder.start(state_.view.from);
   std::vector<int> candidates;
-  for (std::size_t i = 0; i < thawed_.size(); ++i) {
-    const bool same = thawed_[i] && there[i] * finder.side(static_cast<int>(i)) > 0;
+  for (std::size_t i = 0; i < unfrozen_.size(); ++i) {
+    const bool same = unfrozen_[i] && there[i] * finder.side(static_cast<int>(i)) > 0;
     finder.ignore(static_cast<int>(i), !same);
     if (same) candidates.push_back(static_cast<int>(i));
   }

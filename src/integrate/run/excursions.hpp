@@ -20,7 +20,7 @@ class Excursions {
   /// Requires that the state outlives it.
   explicit Excursions(AdaptiveState& state) : state_(state) {}
   /// From now on these events are the borders that are integrated through.
-  void watch(std::vector<char> thawed);
+  void watch(std::vector<char> unfrozen);
   /// Whether the step in state.view was on the other side of one of them. False, too, where more steps had to
   /// be repeated than were accepted: the solution then oscillates about the border within its tolerance.
   bool in_last_step();
@@ -30,7 +30,7 @@ class Excursions {
   double uncertainty(int border);
 
   AdaptiveState& state_;
-  std::vector<char> thawed_;  ///< of every event
+  std::vector<char> unfrozen_;  ///< of every event
   bool any_ = false;
   std::optional<EventFinder> finder_;
   std::map<int, codegen::Kernel> gradients_;  ///< by border, in x and z

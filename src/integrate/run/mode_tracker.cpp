@@ -18,7 +18,7 @@ ModeTracker::ModeTracker(AdaptiveState& state, MethodSelector& method)
       borders_(state.plan.events.list.size()) {}
 
 void ModeTracker::initialise(const Point& point) {
-  creeping_.t = point.t;
+  attempts_.t = point.t;
   if (state_.plan.modes == 0) return;
   state_.finder.start(point);
   set_modes(point, {});
@@ -98,7 +98,7 @@ void ModeTracker::begin_in_some_mode(Point point, const Crossings& crossed) {
     }
     Crossings all;
     for (int which : changed) all.push_back({which, true});
-    if (thaw(all, point)) continue;
+    if (unfreeze(all, point)) continue;
     if (std::none_of(changed.begin(), changed.end(), [&](int which) { return slide(which, point); })) break;
   }
   state_.reached = point.t;
@@ -268,7 +268,7 @@ bool ModeTracker::is_continuous(const Crossings& crossed) const {
   });
 }
 
-/// Thaws smooth borders that are crossed too often, so that the run integrates through them. Kinks stay
+/// Unfreezes smooth borders that are crossed too often, so that the run integrates through them. Kinks stay
 /// frozen: the error estimate does not detect a kink between two stages of a long step, and a rectifier that
 /// blocks and conducts once within a step of high order loses all digits. (For kinks that the solution
 /// crosses by rounding alone see ZenoDetector.)
@@ -292,32 +292,32 @@ void ModeTracker::count(const Crossings& crossed, const Point& point) {
   }
   constexpr long enough = 40;  // fewer crossings cost little
   if (smooth && is_continuous(crossed) && ++crossings_ >= enough && 4 * crossings_ > steps)
-    thaw_all(point, Smoothness::smooth);
+    unfreeze_all(point, Smoothness::smooth);
   else if (!much.empty())
-    thaw(much, point);
+    unfreeze(much, point);
 }
 
-bool ModeTracker::thaw(const Crossings& crossed, const Point& point) {
+bool ModeTracker::unfreeze(const Crossings& crossed, const Point& point) {
   bool any = false;
-  for (const auto& crossing : crossed) any = thaw_one(crossing.which, point) || any;
+  for (const auto& crossing : crossed) any = unfreeze_one(crossing.which, point) || any;
   if (any) rebuild(point);
   return any;
 }
 
-bool ModeTracker::thaw_all(const Point& point, Smoothness least) {
+bool ModeTracker::unfreeze_all(const Point& point, Smoothness least) {
   bool any = false;
   for (std::size_t i = 0; i < borders_.size(); ++i)
-    any = (events()[i].smoothness <= least && thaw_one(static_cast<int>(i), point)) || any;
+    any = (events()[i].smoothness <= least && unfreeze_one(static_cast<int>(i), point)) || any;
   if (any) rebuild(point);
   return any;
 }
 
-bool ModeTracker::thaw_one(int which, const Point& point) {
+bool ModeTracker::unfreeze_one(int which, const Point& point) {
   const Event& event = events()[which];
   if (!event.surface || event.leaves >= 0 || !is_frozen(static_cast<std::size_t>(which))) return false;
   if (event.smoothness == Smoothness::open && !jump_.is_continuous(which, point)) return false;
   Border& border = borders_[which];
-  border.treatment = Treatment::thawed;
+  border.treatment = Treatment::unfrozen;
   border.since = point.t;
   return true;
 }
@@ -352,9 +352,10 @@ void ModeTracker::rebuild(const Point& point) {
   method_.renew();
   state_.history->use_modes(state_.problem, modes_);
   renew_exits(values);
-  std::vector<char> thawed(events().size(), 0);
-  for (std::size_t i = 0; i < borders_.size(); ++i) thawed[i] = borders_[i].treatment == Treatment::thawed;
-  excursions_.watch(std::move(thawed));
+  std::vector<char> unfrozen(events().size(), 0);
+  for (std::size_t i = 0; i < borders_.size(); ++i)
+    unfrozen[i] = borders_[i].treatment == Treatment::unfrozen;
+  excursions_.watch(std::move(unfrozen));
 }
 
 std::string ModeTracker::treatment_text(const Border& border) const {
@@ -368,7 +369,7 @@ std::string ModeTracker::treatment_text(const Border& border) const {
                 : text(", the solution slides along it ", times(border.slides), ", for ", rounded(slid, 6),
                        " in all");
   }
-  if (border.treatment == Treatment::thawed)
+  if (border.treatment == Treatment::unfrozen)
     what += text(", from t = ", rounded(border.since, 6), " on integrated through");
   return what;
 }

@@ -1,8 +1,8 @@
 // Which branch of piecewise equations is in force, from one crossing to the next (event/surfaces.hpp), and
 // where branches are no longer frozen.
 //
-// A border is thawed, that is its branches are evaluated as they are written from then on, and no crossing is
-// looked for, where freezing it does more harm than good:
+// A border is unfrozen, that is its branches are evaluated as they are written from then on and its crossings
+// are not located, where freezing it does more harm than good:
 //
 //   - the solution goes on on neither side, or crosses it infinitely often: two voltages that become equal
 //   - crossings follow each other within two steps, six times, or make up a quarter of all steps: locating
@@ -45,23 +45,23 @@ class ModeTracker {
   /// After a first step: throws Failure where the solution has no continuation on either side of a border:
   /// with the branch of one side the step has returned to the other.
   void require_way_on(const Point& before);
-  /// Whether the step in state.view was on the other side of a thawed border and came back.
+  /// Whether the step in state.view was on the other side of a unfrozen border and came back.
   bool has_missed_excursion() { return excursions_.in_last_step(); }
-  /// Counts the crossings; thaws borders that are crossed too often. The run must begin again afterwards.
+  /// Counts the crossings; unfreezes borders that are crossed too often. The run must begin again afterwards.
   void count(const Crossings& crossed, const Point& point);
-  /// Thaws those of the borders among the crossings that can be; false if there are none.
-  bool thaw(const Crossings& crossed, const Point& point);
+  /// Unfreezes those of the borders among the crossings that can be; false if there are none.
+  bool unfreeze(const Crossings& crossed, const Point& point);
   /// Did the solution, at the beginning of the step in state.view, stop sliding along a border and leave it
   /// to a side to which it bends? Crossings of that border right after are rounding.
   bool has_just_left(const EventFinder::Hit& hit);
   /// After a failure of a step: all on which the equations are known to be so smooth.
-  bool thaw_all(const Point& point, Smoothness least = Smoothness::kink);
+  bool unfreeze_all(const Point& point, Smoothness least = Smoothness::kink);
   /// Where crossings accumulate: the solution slides along all borders that were crossed of late; false if
   /// it cannot. near: nor if it is further from them than its errors.
   bool slide_where_crossed(const Point& point, bool near = false);
   /// The same where many steps make no progress: the solution may oscillate about a border by its errors
   /// alone. True where sliding was tried; the run must then restart where the stepper stands.
-  bool slide_where_creeping();
+  bool slide_where_steps_are_tiny();
   /// True where the equations are continuous at every crossing.
   bool is_continuous(const Crossings& crossed) const;
   /// Writes into the solution what became of every border.
@@ -100,7 +100,7 @@ class ModeTracker {
   double slope_ahead(int which, const Point& point, double share);
   double side_ahead(int which, const Point& point);
   bool leads_to(int which, const Point& point, int other, int side);
-  bool thaw_one(int which, const Point& point);
+  bool unfreeze_one(int which, const Point& point);
   bool slide(int which, Point& point);
   bool is_near(const std::vector<int>& borders, const Point& point, const Point& there) const;
   bool slide_along_one_of(const std::vector<int>& candidates, const Point& point, bool near);
@@ -120,13 +120,14 @@ class ModeTracker {
   std::vector<double> modes_;
   std::vector<Border> borders_;  ///< of every event of the plan; exits stand behind them
   std::vector<Expr> weights_;    ///< of the borders that slide, in the order of their surfaces
+  /// The last attempt to slide because the steps were tiny, and the steps until the next.
   struct {
-    long steps = 0, patience = 100;
+    long steps = 0, interval = 100;
     double t = 0;
-  } creeping_;       ///< where it was looked for last
+  } attempts_;
   Crossings begun_;  ///< where the run has begun anew last
   double begun_at_ = 0;
-  long crossings_ = 0;  ///< of borders that can be thawed, at different times
+  long crossings_ = 0;  ///< of borders that can be unfrozen, at different times
   std::unique_ptr<RhsSolver> derivative_;
 };
 

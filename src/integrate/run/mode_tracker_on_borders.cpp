@@ -146,23 +146,23 @@ bool ModeTracker::slide(int which, Point& point) {
 /// Begins to slide where the steps have become tiny. Near √|s| sign(s) = 0 a rounding error of s becomes an
 /// error of 10⁻⁸ in x′, and the solution oscillates forever in steps a millionth of the usual size. An
 /// attempt has to rebuild the equations, so the intervals between attempts are doubled.
-bool ModeTracker::slide_where_creeping() {
+bool ModeTracker::slide_where_steps_are_tiny() {
   constexpr double slow = 1e-5;  // of the interval per step
   for (std::size_t i = 0; i < borders_.size(); ++i)
     if (events()[i].surface && events()[i].smoothness == Smoothness::open)
       borders_[i].farthest = std::max(borders_[i].farthest, std::fabs(state_.finder.values()[i]));
-  const long steps = state_.stats().steps, taken = steps - creeping_.steps;
-  if (taken < creeping_.patience) return false;
+  const long steps = state_.stats().steps, taken = steps - attempts_.steps;
+  if (taken < attempts_.interval) return false;
   const Point point = state_.stepper().here();
-  const bool creeps = point.t - creeping_.t < slow * static_cast<double>(taken) * state_.interval();
-  creeping_.steps = steps;
-  creeping_.t = point.t;
+  const bool tiny = point.t - attempts_.t < slow * static_cast<double>(taken) * state_.interval();
+  attempts_.steps = steps;
+  attempts_.t = point.t;
   std::vector<int> jumps;
   for (std::size_t i = 0; i < borders_.size(); ++i)
     if (events()[i].surface && events()[i].smoothness == Smoothness::open && !state_.finder.is_moment(i))
       jumps.push_back(static_cast<int>(i));
-  const bool tries = creeps && !jumps.empty();
-  if (tries) creeping_.patience *= 2;
+  const bool tries = tiny && !jumps.empty();
+  if (tries) attempts_.interval *= 2;
   if (tries && !slide_along_one_of(jumps, point, true)) state_.stepper().start(point, state_.end);
   for (Border& border : borders_) border.farthest = 0;
   return tries;

@@ -240,7 +240,7 @@ class SymbolsInside : public Remembered {
     for (std::vector<Expr> open{e}; !open.empty();) {
       const Expr node = open.back();
       const auto size = open.size();
-      if (!known_.has(node)) look_at(node, open);
+      if (!known_.has(node)) visit(node, open);
       if (open.size() == size) open.pop_back();
     }
     return known_[e] != 0;
@@ -248,7 +248,7 @@ class SymbolsInside : public Remembered {
 
  private:
   /// Decides a node, or pushes the operands to be decided first.
-  void look_at(Expr node, std::vector<Expr>& open) {
+  void visit(Expr node, std::vector<Expr>& open) {
     const auto size = open.size();
     bool inside = node.op() == Op::call || (node.is_symbol() && symbol_of(node).kind != Kind::constant);
     for (Expr operand : node.operands()) {

@@ -301,19 +301,19 @@ double PeakMonitor::peak_error(const Peak& peak, const Point& from, const Point&
   constexpr double several = 3;   // tolerances: the admissible error of a step
   constexpr double area = 2.507;  // √(2π): the area of a Gaussian of height 1 and half width 1
   constexpr double unknown = std::numeric_limits<double>::infinity();
-  if (!defect(from, to, peak.at, there_)) return unknown;
+  if (!defect(from, to, peak.at, at_peak_)) return unknown;
   const double low = peak.at - feet * peak.width, above = peak.at + feet * peak.width;
   const bool right = above < 1 && (low <= 0 || 1 - peak.at > peak.at);
   if (!right && low <= 0)
-    beside_.setZero(there_.size());
-  else if (!defect(from, to, right ? above : low, beside_))
+    at_foot_.setZero(at_peak_.size());
+  else if (!defect(from, to, right ? above : low, at_foot_))
     return unknown;
   const double factor = area * peak.width * (to.t - from.t);
   double off = 0;
-  for (Eigen::Index i = 0; i < there_.size(); ++i) {
+  for (Eigen::Index i = 0; i < at_peak_.size(); ++i) {
     const double weight =
         tolerances_.atol[i] + tolerances_.rtol[i] * std::max(std::fabs(from.x[i]), std::fabs(to.x[i]));
-    off = std::max(off, std::fabs(there_[i] - beside_[i]) * factor / weight);
+    off = std::max(off, std::fabs(at_peak_[i] - at_foot_[i]) * factor / weight);
   }
   return off > several ? off : 0;
 }

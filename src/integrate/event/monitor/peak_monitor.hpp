@@ -85,7 +85,7 @@ class PeakMonitor {
   Stats ignored_;
   std::unique_ptr<RhsSolver> rhs_;
   Point inside_;
-  Vec there_, beside_;
+  Vec at_peak_, at_foot_;
   long steps_ = 0, repeated_ = 0;
 };
 

@@ -1,4 +1,4 @@
-// How open equations, those that do not determine x′ and z, are detected and reported.
+// How equations that do not determine x′ and z, or are not finite, are detected and reported.
 #include "integrate/problem/rhs_solver.hpp"
 #include "integrate/solve/column_scale.hpp"
 
