@@ -197,7 +197,10 @@ local function text_of(study)
   for _, each in ipairs(study.failures) do
     parts[#parts + 1] = ("  %s with %s = %g failed: %s"):format(each.method, study.key, each.step, each.why)
   end
-  if study.left > 0 then parts[#parts + 1] = ("  interrupted: %d runs were not made"):format(study.left) end
+  if study.left > 0 then
+    local runs = study.left == 1 and "run was" or "runs were"
+    parts[#parts + 1] = ("  interrupted: %d %s not made"):format(study.left, runs)
+  end
   return table.concat(parts, "\n")
 end
 

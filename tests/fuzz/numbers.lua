@@ -39,10 +39,12 @@ local function equation(state)
   return made
 end
 
--- Whether an error of one tolerance at some moment grows to a twentieth of what the check has found: no
--- method controls more than the error of each step, so that such a solution has no digits to judge by. The
--- runs from a moment are tight and compared with each other, so that `sol` itself is not excused.
+-- Whether the equations explain what the check has found: an error of one tolerance at some moment grows to
+-- a twentieth of it, or so much that the errors which the run states for its steps make it. No method
+-- controls more than the error of each step. The runs from a moment are tight and compared with each other,
+-- so that `sol` itself is not excused.
 local function ill_conditioned(equations, options, sol, check)
+  local stated = math.max(20, sol:stats().errors*math.sqrt(3))  -- the sum is of root mean squares
   local moments = {}  -- of time, and of steps: where they are short the equations vary most
   for k = 0, 15 do
     moments[#moments + 1] = options.to*k/16
@@ -65,7 +67,7 @@ local function ill_conditioned(equations, options, sol, check)
         for _, run in ipairs(runs) do
           if run.status ~= "finished" then return true end
           local grown = math.abs(run(state, row.at) - runs[1](state, row.at))
-          if not (grown*20 < row.difference) then return true end
+          if not (grown*stated < row.difference) then return true end
         end
       end
     end

@@ -174,7 +174,9 @@ bool ModeTracker::slide_where_steps_are_tiny() {
 bool ModeTracker::is_near(const std::vector<int>& borders, const Point& point, const Point& there) const {
   constexpr double errors = 10;  // tolerances, for the errors of a few steps
   const Tolerances& tolerances = state_.plan.tolerances;
-  const Vec allowed = errors * (tolerances.atol + tolerances.rtol.cwiseProduct(point.x.cwiseAbs()));
+  const Eigen::Index n = point.x.size();
+  const Vec relative = tolerances.rtol.head(n).cwiseProduct(point.x.cwiseAbs());
+  const Vec allowed = errors * (tolerances.atol.head(n) + relative);
   const std::vector<Expr>& x = state_.problem->model().x;
   const bool by_root = std::all_of(borders.begin(), borders.end(), [&](int i) {
     if ((!events()[i].modes.empty() && !events()[i].is_edge) || borders_[i].farthest == 0) return false;

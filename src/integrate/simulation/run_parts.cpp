@@ -61,6 +61,12 @@ std::pair<double, double> RunParts::interval(const Points& saved) const {
   return {pieces_.front().solution->t().front(), pieces_.back().solution->t().back()};
 }
 
+double RunParts::errors_beyond_estimates() {
+  double sum = 0;
+  for (const RunPart& piece : pieces_) sum += piece.solution->errors() - piece.solution->stats().errors;
+  return sum;
+}
+
 Point RunParts::at(const Points&, double t) {
   std::size_t k = pieces_.size() - 1;
   while (k > 0 && pieces_[k].from > t) --k;

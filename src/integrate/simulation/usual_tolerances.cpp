@@ -11,6 +11,33 @@ namespace {
 
 constexpr double usual_share = 1e-3, large_size = 1e3;
 
+/// Sets x′ to 0 where it promises a large size and is gone after a few millionths of the interval: beside a
+/// pole it is as large as one likes.
+Point without_short_slopes(Point start, const ProblemPtr& problem, double interval) {
+  constexpr double short_way = 1e-6, gone = 0.1;
+  constexpr int steps = 2;  // the first one may change a speed, the second one what it moves
+  const auto promises = [&](Eigen::Index i) {
+    const double size = interval * std::fabs(start.xdot[i]);
+    return size > large_size && size > std::fabs(start.x[i]);
+  };
+  std::vector<Eigen::Index> suspects;
+  for (Eigen::Index i = 0; i < start.x.size(); ++i)
+    if (promises(i)) suspects.push_back(i);
+  if (suspects.empty()) return start;
+  Stats stats;
+  RhsSolver derivative(problem, stats);
+  Point there = start;
+  bool known = true;
+  for (int k = 0; known && k < steps; ++k) {
+    there.t += short_way * interval;
+    there.x += short_way * interval * there.xdot;
+    known = derivative(there.t, there.x.data(), there.xdot.data(), there.z.data());
+  }
+  for (const Eigen::Index i : suspects)
+    if (!known || std::fabs(there.xdot[i]) < gone * std::fabs(start.xdot[i])) start.xdot[i] = 0;
+  return start;
+}
+
 /// Sets sizes to 0 that come from x′ alone, are far below the largest and prove to be rounding errors: those
 /// change completely with the last digits of x. Returns which of the small sizes are genuine.
 std::vector<char> without_noise(Vec& size, const ProblemPtr& problem, const Point& start, double interval) {
@@ -77,8 +104,9 @@ void raise_to_large_sizes(Vec& share, const Vec& size, const Vec& natural) {
 
 double usual_rtol(const Simulation& simulation) { return simulation.rtol.all.value_or(1e-6); }
 
-Vec usual_atol(const Simulation& simulation, const ProblemPtr& problem, const Point& start) {
+Vec usual_atol(const Simulation& simulation, const ProblemPtr& problem, const Point& at) {
   const double from = simulation.plan.from, interval = simulation.plan.to - from;
+  const Point start = without_short_slopes(at, problem, interval);
   Vec size(start.x.size() + start.z.size());
   size << start.x.cwiseAbs().cwiseMax(interval * start.xdot.cwiseAbs()), start.z.cwiseAbs();
   const Vec before = sizes_before(simulation, *problem);

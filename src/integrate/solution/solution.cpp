@@ -165,16 +165,21 @@ std::string Solution::str() const {
               used, table.str(2));
 }
 
+double Solution::errors() const {
+  if (stats_.errors > Stats::many_errors || !between_ || !outcome_.is_complete()) return stats_.errors;
+  if (!beyond_estimates_) beyond_estimates_ = between_->errors_beyond_estimates();
+  return stats_.errors + *beyond_estimates_;
+}
+
 /// A warning about accumulated errors: every step keeps its tolerance, but undamped errors add up.
 std::string Solution::errors_text() const {
-  constexpr double many = 100;  // tolerances, as sol:check() judges
   if (stats_.rest)
     return text(
         "at t = ", rounded(*stats_.rest, 4),
         " the solution almost stood still before it moved: errors within the tolerances decided where to; take a "
         "smaller atol, sol:check() tells what is left\n");
-  if (!outcome_.is_complete() || !(stats_.errors > many)) return "";
-  return text("the errors of the steps add up to ", rounded(stats_.errors, 2),
+  if (!outcome_.is_complete() || !(errors() > Stats::many_errors)) return "";
+  return text("the errors of the steps add up to ", rounded(errors(), 2),
               " tolerances where nothing damps them: sol:check() tells what is left\n");
 }
 

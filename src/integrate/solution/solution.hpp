@@ -52,6 +52,9 @@ class Continuation {
   }
   /// The point at a time inside the interval. Throws Failure.
   virtual Point at(const Points& saved, double t) = 0;
+  /// By how much the errors of doubtful steps exceed their estimates, in tolerances: the sum, which may end
+  /// where it is beyond Stats::many_errors. Cost: of two steps for each doubtful one.
+  virtual double errors_beyond_estimates() { return 0; }
   /// The steps that were taken, for the adjoint. Throws Error where there is none: other methods than
   /// Runge–Kutta, states or derivatives that jump.
   virtual std::vector<DiscreteStep> steps() {
@@ -123,6 +126,8 @@ class Solution {
   std::string status() const { return outcome_.text(); }
   bool finished() const { return outcome_.ending == Ending::finished; }
   const Stats& stats() const { return stats_; }
+  /// The errors of the steps, in tolerances: their sum, in which doubtful steps have been judged.
+  double errors() const;
   double cpu_seconds() const { return seconds_; }  ///< differs from run to run: shown on request only
   const Problem& problem() const { return *problem_; }
   /// d cost/dp for a number at the end of the run, and d cost/dx at its start (adjoint.hpp).
@@ -184,6 +189,7 @@ class Solution {
   std::string method_;
   double dt_ = 0;
   Stats stats_;
+  mutable std::optional<double> beyond_estimates_;  ///< known when it has been asked for
   double seconds_ = 0;
   Points points_;
   std::vector<EventRecord> events_;

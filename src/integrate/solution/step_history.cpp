@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/interrupt.hpp"
 #include "base/text.hpp"
 #include "integrate/step/hermite.hpp"
 
@@ -132,6 +133,33 @@ static Point saved_at(const Points& saved, double t) {
   throw Error(text("t = ", rounded(t, 6),
                    " is not one of the times that were saved, and the steps of this long run were not kept "
                    "(they take too much memory); add it to times = { … }"));
+}
+
+double StepHistory::errors_beyond_estimates() {
+  if (forgotten_) return 0;
+  double sum = 0;
+  for (std::size_t k = 0; k < steppers_.size(); ++k)
+    for (const DoubtfulStep& step : steppers_[k]->doubtful_steps()) {
+      poll_interrupt();
+      const int i = mesh_.index_at(step.t, 0);  // not there if the step was taken back
+      if (i < 0 || i + 1 >= mesh_.size() || mesh_.t()[i] != step.t) continue;
+      if (steps_[i + 1].stepper != static_cast<int>(k)) continue;
+      sum += std::max(0.0, error_by_doubling(i) - step.estimate);
+      if (sum > Stats::many_errors) return sum;
+    }
+  return sum;
+}
+
+/// Of the step that begins at a mesh point.
+double StepHistory::error_by_doubling(int mesh_point) {
+  const Step& step = steps_[mesh_point + 1];
+  StepView view;
+  mesh_.get(mesh_point, view.from);
+  mesh_.get(mesh_point + 1, view.to);
+  if (step.modes >= 0) modes_[step.modes].problem->set_modes(modes_[step.modes].values);
+  const double error = steppers_[step.stepper]->error_by_doubling(view);
+  if (step.modes >= 0) modes_.back().problem->set_modes(modes_.back().values);
+  return error;
 }
 
 Point StepHistory::at(const Points& saved, double t) {

@@ -37,6 +37,7 @@ class StepHistory : public Continuation, public StepInterpolation {
   /// Takes back the steps behind t; returns where the history ends now. Requires that nothing is forgotten.
   double cut(double t);
   Point at(const Points& saved, double t) override;
+  double errors_beyond_estimates() override;
   std::vector<DiscreteStep> steps() override;
 
  private:
@@ -56,6 +57,7 @@ class StepHistory : public Continuation, public StepInterpolation {
   };
   std::vector<Modes> modes_;
   void forget_if_large();
+  double error_by_doubling(int mesh_point);
   StepView view_;
   int viewed_ = -1;
   bool may_forget_ = false, forgotten_ = false;

@@ -4,81 +4,12 @@
 #include <cmath>
 #include <mutex>
 
-#include "base/four.hpp"
 #include "base/lru_cache.hpp"
 #include "base/text.hpp"
 #include "integrate/solve/error_sizes.hpp"
+#include "integrate/solve/stage_sums.hpp"
 
 namespace pendula::integrate {
-namespace {
-
-/// out[k] = x[k] + h Σ aⱼ Kⱼ[k] from k on, in groups of `parts` adjacent vectors, so that the sums stay in
-/// registers. Returns the first k that is left.
-template <int parts, class Vector, class Row>
-[[gnu::always_inline]] inline int combined_wide(int k, int n, const double* x, double h, const Row& row,
-                                                const double* K, double* out) {
-  constexpr int width = sizeof(Vector) / sizeof(double), wide = width * parts;
-  for (; k + wide <= n; k += wide) {
-    Vector sum[parts] = {};
-    Vector part;
-    for (const auto& term : row) {
-      const double* Kj = K + static_cast<std::ptrdiff_t>(term.stage) * n + k;
-#pragma GCC unroll 4
-      for (int l = 0; l < parts; ++l) {
-        load(part, Kj + width * l);
-        sum[l] += term.factor * part;
-      }
-    }
-#pragma GCC unroll 4
-    for (int l = 0; l < parts; ++l) {
-      load(part, x + k + width * l);
-      store(out + k + width * l, part + h * sum[l]);
-    }
-  }
-  return k;
-}
-
-/// Vector must be as wide as the processor's registers; wider ones are passed through memory.
-template <class Vector, class Row>
-[[gnu::always_inline]] inline void combined(int k, int n, const double* x, double h, const Row& row,
-                                            const double* K, double* out) {
-  k = combined_wide<4, Vector>(k, n, x, h, row, K, out);
-  k = combined_wide<2, Vector>(k, n, x, h, row, K, out);
-  k = combined_wide<1, Vector>(k, n, x, h, row, K, out);
-  k = combined_wide<1, Two>(k, n, x, h, row, K, out);
-  for (; k < n; ++k) {
-    double sum = 0;
-    for (const auto& term : row) sum += term.factor * K[static_cast<std::ptrdiff_t>(term.stage) * n + k];
-    out[k] = x[k] + h * sum;
-  }
-}
-
-#if defined(__x86_64__) && defined(__GNUC__)
-template <class Row>
-[[gnu::target("avx2")]] void combine_avx2(int n, const double* x, double h, const Row& row, const double* K,
-                                          double* out) {
-  combined<Four>(0, n, x, h, row, K, out);
-}
-/// Bitwise the same result, eight numbers at a time.
-template <class Row>
-[[gnu::target("avx512f,avx2")]] void combine_avx512(int n, const double* x, double h, const Row& row,
-                                                    const double* K, double* out) {
-  combined<Four>(combined_wide<4, Eight>(0, n, x, h, row, K, out), n, x, h, row, K, out);
-}
-const bool with_avx2 = __builtin_cpu_supports("avx2"), with_avx512 = __builtin_cpu_supports("avx512f");
-#endif
-
-template <class Row>
-void combine(int n, const double* x, double h, const Row& row, const double* K, double* out) {
-#if defined(__x86_64__) && defined(__GNUC__)
-  constexpr int large = 4, very_large = 128;
-  if (n >= very_large && with_avx512) return combine_avx512(n, x, h, row, K, out);
-  if (n >= large && with_avx2) return combine_avx2(n, x, h, row, K, out);
-#endif
-  combined<Two>(0, n, x, h, row, K, out);
-}
-
-}  // namespace
 
 ExplicitStepper::ExplicitStepper(ProblemPtr problem, TableauPtr tableau, Tolerances tolerances,
                                  StepLimits limits, Stats& stats)
@@ -125,7 +56,7 @@ std::shared_ptr<const ExplicitStepper::Scheme> ExplicitStepper::scheme_of(const 
 
 /// Extrapolation to stage i by a parabola through the stages nearest in time, or by a lower degree if their
 /// times are too close to each other.
-ExplicitStepper::Row ExplicitStepper::prediction(const Tableau& rk, int i) {
+StageRow ExplicitStepper::prediction(const Tableau& rk, int i) {
   const auto& c = rk.c();
   constexpr std::size_t points = 3;
   constexpr double apart = 0.01, most = 10;  // limit of Σ|factor|: beyond it, errors of the values dominate
@@ -133,14 +64,14 @@ ExplicitStepper::Row ExplicitStepper::prediction(const Tableau& rk, int i) {
   for (int j = i - 1; j >= 0; --j) order.push_back(j);
   std::stable_sort(order.begin(), order.end(),
                    [&](int a, int b) { return std::fabs(c[a] - c[i]) < std::fabs(c[b] - c[i]); });
-  Row row{{order[0], 1}};
+  StageRow row{{order[0], 1}};
   std::vector<int> nodes{order[0]};
   for (const int j : order) {
     if (nodes.size() == points) break;
     if (std::any_of(nodes.begin(), nodes.end(), [&](int k) { return std::fabs(c[j] - c[k]) < apart; }))
       continue;
     nodes.push_back(j);
-    Row next;
+    StageRow next;
     double sum = 0;
     for (const int k : nodes) {
       double factor = 1;
@@ -157,7 +88,7 @@ ExplicitStepper::Row ExplicitStepper::prediction(const Tableau& rk, int i) {
 ExplicitStepper::Rows ExplicitStepper::rows_of(const Tableau& rk, int stiff_stage) {
   const int stages = rk.stages();
   const auto without_zeros = [stages](const auto& factor) {
-    Row row;
+    StageRow row;
     for (int j = 0; j < stages; ++j)
       if (factor(j) != 0) row.push_back({j, factor(j)});
     return row;
@@ -165,7 +96,7 @@ ExplicitStepper::Rows ExplicitStepper::rows_of(const Tableau& rk, int stiff_stag
   Rows rows;
   for (int i = 0; i < stages; ++i) {
     rows.A.push_back(without_zeros([&](int j) { return j < i ? rk.A()(i, j) : 0; }));
-    rows.prediction.push_back(i > 0 ? prediction(rk, i) : Row{});
+    rows.prediction.push_back(i > 0 ? prediction(rk, i) : StageRow{});
     rows.c.push_back(rk.c()[i]);
   }
   rows.b = without_zeros([&](int j) { return rk.b()[j]; });
@@ -180,6 +111,7 @@ void ExplicitStepper::start(const Point& point, double end) {
   largest_z_.setZero();
   rhs_.require(here_.t, here_.x.data(), here_.xdot.data(), here_.z.data());
   control_ = controller_.start(limits_.dt_first > 0 ? limits_.dt_first : first_step(end));
+  last_error_ = 0;
   dt_ = control_.dt;
 }
 
@@ -228,17 +160,17 @@ bool ExplicitStepper::compute(const Point& from, double dt) {
       predict(i, size, K);
       predict(i, zs, Z);
     }
-    combine(size, from.x.data(), dt, rows_.A[i], K, at);
+    add_stages(size, from.x.data(), dt, rows_.A[i], K, at);
     const bool mesh_point = i + 1 == stages && controller_.rules().fsal;
     if (!rhs_.stage(from.t + rows_.c[i] * dt, at, Ki, Zi, mesh_point ? 0 : stage_accuracy_)) {
       trouble_ = rhs_.reason();
       return false;
     }
   }
-  combine(size, from.x.data(), dt, rows_.b, K, behind_stages(0));
+  add_stages(size, from.x.data(), dt, rows_.b, K, behind_stages(0));
   std::fill_n(behind_stages(1), 2 * size, 0.0);
-  combine(size, behind_stages(1), dt, rows_.error, K, behind_stages(1));
-  combine(size, behind_stages(2), dt, rows_.second_error, K, behind_stages(2));
+  add_stages(size, behind_stages(1), dt, rows_.error, K, behind_stages(1));
+  add_stages(size, behind_stages(2), dt, rows_.second_error, K, behind_stages(2));
   // failures in succession; the linear system always needs pivoting, and each step would be computed twice
   constexpr int patience = 5;
   if (code_ && ++code_failures_ == patience) code_.reset();
@@ -249,7 +181,7 @@ bool ExplicitStepper::compute(const Point& from, double dt) {
 void ExplicitStepper::predict(int i, int size, double* values) const {
   double* to = values + static_cast<std::ptrdiff_t>(i) * size;
   std::fill_n(to, size, 0.0);
-  for (const Term& term : rows_.prediction[i]) {
+  for (const StageTerm& term : rows_.prediction[i]) {
     const double* from = values + static_cast<std::ptrdiff_t>(term.stage) * size;
     for (int k = 0; k < size; ++k) to[k] += term.factor * from[k];
   }
@@ -286,7 +218,7 @@ double ExplicitStepper::unresolved() {
   for (int k = 0; k < m(); ++k) {
     const auto z = [&](int stage) { return stages_.Z.data()[stage * m() + k]; };
     double error = 0, least = here_.z[k], greatest = here_.z[k];
-    for (const Term& term : rows_.error) error += term.factor * z(term.stage);
+    for (const StageTerm& term : rows_.error) error += term.factor * z(term.stage);
     for (int i = 0; i < tableau_->stages(); ++i) {
       least = std::min(least, z(i));
       greatest = std::max(greatest, z(i));
@@ -348,7 +280,7 @@ StepSigns<double> ExplicitStepper::signs(double dt) {
   const int size = n();
   double* difference = behind_stages(1);  // (x₁ - g)/h; the error estimate is no longer needed
   std::fill_n(difference, size, 0.0);
-  combine(size, difference, 1, rows_.stiff, stages_.K.data(), difference);
+  add_stages(size, difference, 1, rows_.stiff, stages_.K.data(), difference);
   const double* K = stages_.K.data() + static_cast<std::ptrdiff_t>(controller_.rules().stiff_stage) * size;
   for (int k = 0; k < size; ++k) {
     const double w = stages_.inverse_weight[k];
@@ -366,6 +298,10 @@ void ExplicitStepper::step(double end) {
       throw vanished(Eigen::Map<const Vec>(scaled_.data(), trouble_.empty() ? n() : 0), trouble_);
     trouble_.clear();
     const Attempt outcome = attempt(dt);
+    if (outcome != Attempt::not_finite && is_last_step_doubtful(dt)) {
+      doubtful_steps_.push_back({before_.t, last_error_});
+      last_error_ = 0;
+    }
     if (outcome != Attempt::accepted) {
       ++stats_.rejected;
       control_ = outcome == Attempt::rejected ? controller_.reject(control_, dt, error_now_)
@@ -374,6 +310,7 @@ void ExplicitStepper::step(double end) {
     }
     control_ = controller_.accept(control_, dt, error_now_);
     stats_.errors += error_now_;
+    last_error_ = error_now_;
     if (controller_.watches_stiffness()) control_ = controller_.watch(control_, dt, signs_);
     dt_ = control_.dt;
     if (end - next_.t <= 0 || dt == end - here_.t) next_.t = end;
@@ -382,6 +319,48 @@ void ExplicitStepper::step(double end) {
     ++stats_.steps;
     return;
   }
+}
+
+/// After an attempt of length dt, whose error is error_now_: may the error of the step before be so much
+/// larger than its estimate that the run should say so? docs/derivations.md#step-size-control
+///
+/// In hindsight: by the coefficient of the new estimate, E (h₀/h)ᵏ. By growth: of x′ = λx, dop853 errs by
+/// three tolerances where the solution grows tenfold in a step and by seven where it grows thirtyfold, and
+/// estimates 0.4 and 0.9; tsit5 by one at 4.7, and estimates 0.5.
+bool ExplicitStepper::is_last_step_doubtful(double dt) const {
+  constexpr double growth = 4, share = 0.2;
+  if (n() == 0 || last_error_ == 0 || stats_.errors > Stats::many_errors) return false;
+  const double length = here_.t - before_.t;
+  if (error_now_ < Controller::unresolved && (error_now_ > 1 || dt < length)) {
+    const double hindsight = error_now_ * std::pow(length / dt, controller_.rules().control_order);
+    // a root mean square of few components hides the largest one
+    if (std::sqrt(std::min(n(), 9)) * hindsight > share * Stats::many_errors) return true;
+  }
+  const auto size = [this](const Vec& x) {
+    return x.cwiseAbs().cwiseQuotient(tolerances_.atol.head(n())).maxCoeff();
+  };
+  const double before = size(before_.x);
+  return size(here_.x) > growth * before && before * tolerances_.rtol.head(n()).minCoeff() > 1;
+}
+
+double ExplicitStepper::error_by_doubling(const StepView& step) {
+  const double half = (step.to.t - step.from.t) / 2;
+  Point middle = step.from;
+  const auto go_half = [&](const Point& from) {
+    if (!compute(from, half)) return false;
+    std::copy_n(end_of_step(), n(), middle.x.data());
+    return true;
+  };
+  middle.t += half;
+  if (!go_half(step.from) || !rhs_(middle.t, middle.x.data(), middle.xdot.data(), middle.z.data()) ||
+      !go_half(Point(middle)))
+    return 0;
+  double largest = 0;
+  for (int i = 0; i < n(); ++i) {
+    const double size = std::max(std::fabs(step.from.x[i]), std::fabs(step.to.x[i]));
+    largest = std::max(largest, std::fabs(middle.x[i] - step.to.x[i]) / weight(i, size));
+  }
+  return largest;
 }
 
 void ExplicitStepper::interpolate(const StepView& step, double t, Detail detail, Point& out) {

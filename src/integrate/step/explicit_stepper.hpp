@@ -6,6 +6,7 @@
 
 #include "integrate/compiled/explicit_step.hpp"
 #include "integrate/problem/rhs_solver.hpp"
+#include "integrate/solve/stage_sums.hpp"
 #include "integrate/solve/step_controller.hpp"
 #include "integrate/step/stepper.hpp"
 #include "method/tableau.hpp"
@@ -26,20 +27,16 @@ class ExplicitStepper final : public Stepper {
   bool is_stiff() const override { return Controller::is_stiff(control_); }
   void restart_stiffness_test() override { control_.hits = control_.steps_since_hit = 0; }
   bool is_explicit() const override { return true; }
+  double error_by_doubling(const StepView& step) override;
 
  private:
   using Controller = StepController<double>;
-  struct Term {
-    int stage;
-    double factor;
-  };
-  using Row = std::vector<Term>;
   /// The tableau without its zeros.
   struct Rows {
-    std::vector<Row> A;
-    std::vector<Row> prediction;  ///< of x′ and z that are solved for
-    Row b, error, second_error;
-    Row stiff;  ///< b minus the row of the second stage at the end of the step
+    std::vector<StageRow> A;
+    std::vector<StageRow> prediction;  ///< of x′ and z that are solved for
+    StageRow b, error, second_error;
+    StageRow stiff;  ///< b minus the row of the second stage at the end of the step
     std::vector<double> c;
   };
   /// Quantities that follow from the tableau alone.
@@ -55,7 +52,7 @@ class ExplicitStepper final : public Stepper {
   enum class Attempt { accepted, rejected, not_finite };
 
   static void check(const Tableau& rk);
-  static Row prediction(const Tableau& rk, int i);
+  static StageRow prediction(const Tableau& rk, int i);
   void predict(int i, int size, double* values) const;
   static Rows rows_of(const Tableau& rk, int stiff_stage);
   /// Remembered: the stability limit takes longer to find than a short run.
@@ -63,6 +60,7 @@ class ExplicitStepper final : public Stepper {
   double first_step(double end);
   bool compute(const Point& from, double dt);
   Attempt attempt(double dt);
+  bool is_last_step_doubtful(double dt) const;
   double error_norm();
   double unresolved();
   /// 0: x at the end of the step, 1 and 2: its error estimates.
@@ -88,6 +86,7 @@ class ExplicitStepper final : public Stepper {
   std::vector<double> scaled_;  ///< the error, in units of the tolerance
   Vec largest_z_;               ///< so far
   double error_now_ = 0;
+  double last_error_ = 0;  ///< estimate for the step from before() to here(); 0: none, or it is doubtful
   StepSigns<double> signs_;
   Point next_;
 };

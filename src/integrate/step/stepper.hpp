@@ -25,6 +25,12 @@ struct StepView {
   const double* record = nullptr;  ///< what the stepper's record() wrote
 };
 
+/// A step whose error estimate, in tolerances, may be far too small.
+struct DoubtfulStep {
+  double t;  ///< its beginning
+  double estimate;
+};
+
 struct StepLimits {
   double dt_first = 0;  ///< 0: chosen
   double dt_max = std::numeric_limits<double>::infinity();
@@ -69,6 +75,12 @@ class Stepper {
   /// The last interpolated point is less accurate than the end of its step: equations that are held on one
   /// side of a border may have a pole on the other side, and a stage came near it.
   bool is_doubtful() const { return doubtful_; }
+
+  /// Steps that what followed them has made doubtful, in the order of time.
+  const std::vector<DoubtfulStep>& doubtful_steps() const { return doubtful_steps_; }
+  /// The largest component of the error of a step, in tolerances, by two steps of half its length; 0 where
+  /// these cannot be made.
+  virtual double error_by_doubling(const StepView&) { return 0; }
 
   /// The Runge–Kutta method of a step; none: another kind of method.
   virtual TableauPtr tableau(const StepView&) const { return nullptr; }
@@ -143,7 +155,8 @@ class Stepper {
   StepLimits limits_;
   Stats& stats_;
   bool doubtful_ = false;  ///< see is_doubtful()
-  std::string trouble_;    ///< why the last attempt at a step failed, other than by its error
+  std::vector<DoubtfulStep> doubtful_steps_;
+  std::string trouble_;  ///< why the last attempt at a step failed, other than by its error
   Point here_, before_;
   double dt_ = 0;
 };

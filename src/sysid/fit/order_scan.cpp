@@ -242,7 +242,8 @@ std::string describe(const OrderScan& s) {
     out += text("  best by ", name == "fit" ? "validation fit" : name, ": na = ", e.na, ", nb = ", e.nb,
                 ", nk = ", e.nk, on_the_edge(s, e), "\n");
   }
-  if (s.left > 0) out += text("  interrupted: ", s.left, " models were not made\n");
+  if (s.left > 0)
+    out += text("  interrupted: ", s.left, s.left == 1 ? " model was" : " models were", " not made\n");
   for (const std::string& failure : s.failures) out += text("  failed: ", failure, "\n");
   out.pop_back();
   return out;

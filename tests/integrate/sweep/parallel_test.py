@@ -23,9 +23,9 @@ INTERRUPTED = (
      "list[3], list[8], #failures, left", "9.0 false 0 5"),
     ("c = converge(driven, { start = { x = 1 }, to = 1, methods = { rk.heun }, inputs = slow, exact = exp(-t), "
      "dt = { 0.1, 0.05, 0.0125 }, workers = 2 })",
-     'c.steps[1][1], c.steps[1][3], tostring(c):match "%d runs were not made"', "10 false 1 runs were not made"),
+     'c.steps[1][1], c.steps[1][3], tostring(c):match "[12] runs? w[ae][sr]e? not made" ~= nil', "10 false true"),
     ("s = order_scan(data, { na = { 1, 40 }, nb = { 1, 40 }, nk = { 1, 40 } })",
-     'tostring(s):match "interrupted: %d+ models were not made" ~= nil, #s > 3 and #s < 64000', "true true"),
+     'tostring(s):match "interrupted: %d+ models? w[ae][sr]e? not made" ~= nil, #s > 3 and #s < 64000', "true true"),
     ("b = fitted:bootstrap{ runs = 1000000 }", 'tostring(b):match "not made %(interrupted%)"', "not made (interrupted)"),
 )
 

@@ -9,6 +9,7 @@ namespace pendula::lua {
 
 struct SolutionStats {
   integrate::Stats counts;
+  double errors;
   std::string method, text, why, borders, rounding, not_unique, untested;
   double seconds;
 };
@@ -32,10 +33,10 @@ int stats(Call& call) {
   std::string why;
   for (const integrate::MethodInUse& use : solution.methods_in_use())
     why += text(why.empty() ? "" : "\n", use.name, " from t = ", rounded(use.t, 6), ": ", use.why);
-  return call.push(std::make_shared<const SolutionStats>(
-      SolutionStats{solution.stats(), solution.method_name(), without_newline(solution.stats_text()), why,
-                    without_newline(solution.borders_text()), solution.rounding(), solution.not_unique(),
-                    solution.untested(), solution.cpu_seconds()}));
+  return call.push(std::make_shared<const SolutionStats>(SolutionStats{
+      solution.stats(), solution.errors(), solution.method_name(), without_newline(solution.stats_text()),
+      why, without_newline(solution.borders_text()), solution.rounding(), solution.not_unique(),
+      solution.untested(), solution.cpu_seconds()}));
 }
 
 int drift(Call& call) {
@@ -62,7 +63,7 @@ int stats_rest(Call& call) {
   lua_pushnil(call.L);
   return 1;
 }
-int stats_errors(Call& call) { return call.push(counted(call).counts.errors); }
+int stats_errors(Call& call) { return call.push(counted(call).errors); }
 int stats_time(Call& call) { return call.push(counted(call).seconds); }
 
 const integrate::Drift& drifted(Call& call) { return call.object<integrate::Drift>(1, "drift"); }
@@ -144,7 +145,8 @@ return sol:drift())",
         {"stats#untested", stats_untested, "stats.untested -> string",
          "Runs with direct = true: the unknowns of index 3 and more, whose errors no step tests. Empty if there are none."},
         {"stats#errors", stats_errors, "stats.errors -> number",
-         "The estimated errors of all steps of an adaptive run, in tolerances: their sum. It bounds what is left of "
+         "The estimated errors of all steps of an adaptive run, in tolerances: their sum, in which steps of explicit methods whose "
+         "estimate may be wrong are judged by two half steps. It bounds what is left of "
          "them where the equations make no error grow; oscillations keep it, damping forgets most of it."},
         {"stats#rest", stats_rest, "stats.rest -> number or nil",
          "A time at which the solution almost stood still (of equations without t: at that speed it would have moved by "
