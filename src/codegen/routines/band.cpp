@@ -9,6 +9,18 @@ namespace {
 /// The row at which both elimination fronts meet.
 int middle(int n) { return n / 2; }
 
+/// Moves both fronts to row m. up() increases i, down() decreases j; in turns, since neither waits for the
+/// other's division.
+template <class Up, class Down>
+void meet(const int& i, const int& j, int m, const Up& up, const Down& down) {
+  while (i < m && j > m) {
+    up();
+    down();
+  }
+  while (i < m) up();
+  while (j > m) down();
+}
+
 // One diagonal, eliminated from both ends: above the middle l[i] = A(i, i-1)/d[i-1] belongs to row i, below
 // it l[i] = A(i, i-1)/d[i] belongs to row i-1. Overwrites a by 1/d and l.
 void factor_from_both_ends(double* a, int n) {
@@ -32,12 +44,7 @@ void factor_from_both_ends(double* a, int n) {
     down = 1 / (d[j] - e * e * down);
     --j;
   };
-  while (i < m && j > m) {
-    step_up();
-    step_down();
-  }
-  while (i < m) step_up();
-  while (j > m) step_down();
+  meet(i, j, m, step_up, step_down);
   double pivot = d[m];
   if (m > 0) {
     const double e = l[m];
@@ -67,12 +74,7 @@ void solve_from_both_ends(double* b, int n, const double* factors) {
     b[j] = down = b[j] - l[j + 1] * down;
     --j;
   };
-  while (i < m && j > m) {
-    step_up();
-    step_down();
-  }
-  while (i < m) step_up();
-  while (j > m) step_down();
+  meet(i, j, m, step_up, step_down);
   double x = b[m];
   if (m > 0) x -= l[m] * up;
   if (m < n - 1) x -= l[m + 1] * down;

@@ -14,6 +14,7 @@
 #include "expr/graph/fold.hpp"
 #include "expr/graph/node_map.hpp"
 #include "expr/graph/node_store.hpp"
+#include "expr/graph/post_order.hpp"
 
 namespace pendula {
 namespace {
@@ -320,27 +321,13 @@ Expr local_derivative(Expr e, int i) {
 std::vector<Expr> topological(std::span<const Expr> outputs) {
   static NodeMap<char> seen;
   seen.clear();
+  const auto enter = [](Expr e) {
+    if (seen.has(e)) return false;
+    seen[e] = 1;
+    return true;
+  };
   std::vector<Expr> order;
-  // a node, and the number of its operands already visited
-  std::vector<std::pair<Expr, std::uint32_t>> stack;
-  for (Expr output : outputs) {
-    if (seen.has(output)) continue;
-    seen[output] = 1;
-    stack.push_back({output, 0});
-    while (!stack.empty()) {
-      auto& [e, entered] = stack.back();
-      const auto operands = e.operands();
-      if (entered == operands.size()) {
-        order.push_back(e);
-        stack.pop_back();
-        continue;
-      }
-      const Expr operand = operands[entered++];
-      if (seen.has(operand)) continue;
-      seen[operand] = 1;
-      stack.push_back({operand, 0});
-    }
-  }
+  for (Expr output : outputs) append_post_order(output, enter, order);
   return order;
 }
 

@@ -1,6 +1,9 @@
 // From the graph to normal forms: selects the nodes that need a form of their own, and computes each by one
 // sweep over the sum or product below it.
+#include <unordered_set>
+
 #include "base/interrupt.hpp"
+#include "expr/graph/post_order.hpp"
 #include "expr/normal/normal.hpp"
 
 namespace pendula {
@@ -67,19 +70,9 @@ SumId NormalForms::form_of_head(Expr e) {
 std::vector<Expr> NormalForms::region(Expr head) const {
   const Role r = role(head);
   std::vector<Expr> order;
-  std::unordered_map<Expr, bool> seen{{head, true}};
-  std::vector<std::pair<Expr, std::size_t>> stack{{head, 0}};
-  while (!stack.empty()) {
-    auto& [e, entered] = stack.back();
-    const auto operands = e.operands();
-    if (entered == operands.size()) {
-      order.push_back(e);
-      stack.pop_back();
-      continue;
-    }
-    const Expr operand = operands[entered++];
-    if (inside(operand, r) && seen.try_emplace(operand, true).second) stack.push_back({operand, 0});
-  }
+  std::unordered_set<Expr> seen;
+  append_post_order(
+      head, [&](Expr e) { return (e == head || inside(e, r)) && seen.insert(e).second; }, order);
   return order;
 }
 
