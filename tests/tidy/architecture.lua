@@ -47,7 +47,6 @@ local function check_prints(file, bare)
   end
 end
 
-
 function architecture.check_file(file, text, bare)
   local layer, folder = split(file:sub(#"src/" + 1))
   if not layers[layer] then return report(file, 1, "belongs to no layer of docs/architecture.md") end
@@ -107,6 +106,23 @@ local function check_readme()
   end
 end
 
+-- The table of folders in docs/architecture.md has a row for every folder, or one for its layer that may name
+-- it: `exact`. lua/bind is one row.
+local function check_folder_table()
+  local file = "docs/architecture.md"
+  local text = source.read(file)
+  for layer, arrows in pairs(folders) do
+    local of_layer = text:match("\n| `src/" .. layer .. "` |([^\n]*)") or ""
+    for folder in pairs(arrows) do
+      local parent, name = folder:match "^(.*)/([^/]*)$"
+      local of_parent = parent and text:match("\n| `src/" .. layer .. "/" .. parent .. "` |([^\n]*)") or ""
+      local known = folder == "" or text:find("\n| `src/" .. layer .. "/" .. folder .. "` |", 1, true)
+        or (of_layer .. of_parent):find("`" .. (name or folder) .. "`", 1, true) or parent == "bind"
+      if not known then report(file, 1, ("no row says what src/%s/%s is for"):format(layer, folder)) end
+    end
+  end
+end
+
 -- One header of a folder begins with some lines on what the folder is for.
 local function check_lectures(sources)
   local most = {}
@@ -126,6 +142,7 @@ end
 --- Folders that are too full, files that nobody includes, the tree in README.md.
 function architecture.check_all(sources)
   check_readme()
+  check_folder_table()
   check_lectures(sources)
   local included, full = {}, {}
   for file, text in pairs(sources) do
