@@ -146,7 +146,7 @@ left_over = false
 recovering = false  -- the journal whose entries the prompt runs next (src/shell/repl.cpp)
 
 doc { name = "recover", module = "session", sig = "recover(), recover(false)",
-  text = "Runs the entries of a session that did not end by itself (the terminal was closed, the machine went "
+  text = "Runs the entries of a session that ended unexpectedly (the terminal was closed, the machine went "
     .. "down) in this one, each by itself: one that fails is reported, and the next one runs. recover(false) forgets "
     .. "them. The prompt says when there is one.",
   example = "return type(recover)", gives = "function",

@@ -42,7 +42,7 @@ void check_coordinates(const Lagrangian& s) {
   for (Expr q : s.q) {
     if (!q.is_symbol() || symbol_of(q).kind != Kind::variable || symbol_of(q).order != 0)
       throw Error(text("q must contain variables (var \"x\"), got '", to_text(q), "'"));
-    if (!seen.insert(q).second) throw Error(text("'", to_text(q), "' stands twice in q"));
+    if (!seen.insert(q).second) throw Error(text("'", to_text(q), "' occurs twice in q"));
   }
 }
 

@@ -1,4 +1,4 @@
-// Order conditions with their trees, values and residuals: what a claim of order rests on, laid open.
+// Order conditions with their trees, values and residuals: the proof of a claimed order, to be printed.
 #pragma once
 
 #include "method/exact/surd.hpp"

@@ -1,4 +1,4 @@
-// Shared by 2-D and 3-D drawings in a terminal: pens and marks that tell series apart, the lines above the
+// Shared by 2-D and 3-D drawings in a terminal: pens and marks that distinguish series, the lines above the
 // picture (title, legend) and below it (notes).
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace pendula::plot {
 
-/// How series k is told from the others: by colour on a colour terminal, by dashes and marks elsewhere.
+/// What distinguishes series k: colour on a colour terminal, dashes and marks elsewhere.
 struct Look {
   Pen pen;
   std::string mark;     ///< the character for its points

@@ -1,4 +1,4 @@
-// Numbers that look random and are a function of where they stand: Philox4x32-10.
+// Counter-based random numbers, a function of seed and position: Philox4x32-10.
 //
 // A counter-based generator has no state: block number c of the stream with key k is a bijection of c, so
 // that any number can be computed alone, by any process, in any order. Source: Salmon, Moraes, Dror & Shaw,

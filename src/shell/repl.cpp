@@ -219,7 +219,7 @@ void Session::begin_journal() {
   lua_setfield(L_, -2, "left_over");
   lua_pop(L_, 1);
   lua::show_text(
-      "A session did not end by itself. recover() runs its entries again, recover(false) forgets them.\n");
+      "A session ended unexpectedly. recover() runs its entries again, recover(false) forgets them.\n");
 }
 
 /// If the previous entry was recover(): runs the entries of the interrupted session one by one, so that a

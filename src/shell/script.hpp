@@ -43,7 +43,7 @@ Status run_source(lua_State* L, std::string source, const std::string& chunk,
 /// Reads and runs a file, or standard input if the path is "-".
 Status run_file(lua_State* L, const std::string& path, const std::vector<std::string>& arguments);
 
-/// Pops the error that run() left and tells it on standard error: text in red, or that it was Ctrl-C.
+/// Pops the error that run() left and prints it on standard error: text in red, or that it was Ctrl-C.
 Status report_error(lua_State* L);
 
 /// Writes a message and a line break to standard error, after everything printed so far.

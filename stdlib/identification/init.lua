@@ -14,7 +14,7 @@ local input, output = option("input", "integer or string", "which input, by numb
   option("output", "integer or string", "which output", "1")
 local segment = option("segment", "integer", "samples of the pieces that are averaged")
 local level = option("level", "number", "probability of the bands", "0.95")
-local ic = option("ic", "string", "what stands before the first sample", '"estimate"', "zero|estimate")
+local ic = option("ic", "string", "what is assumed before the first sample", '"estimate"', "zero|estimate")
 local recursive = { option("na", "integer", "past outputs: coefficients of A(q)"),
   option("nb", "integer", "past inputs: coefficients of B(q)"),
   option("nk", "integer", "delay of the input, in samples", "1"),

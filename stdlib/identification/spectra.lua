@@ -98,7 +98,7 @@ local function spectral_analysis(d, options)
   local given = options and options.w and common.list("spa", options.w)
   for _, w in ipairs(given or {}) do
     if not (w >= 0 and w <= math.pi / d.Ts * (1 + 1e-9)) then
-      fail(("spa: w = %.6g; samples know the frequencies from 0 to π/Ts = %.6g rad/s"):format(w, math.pi / d.Ts))
+      fail(("spa: w = %.6g; samples contain only frequencies from 0 to π/Ts = %.6g rad/s"):format(w, math.pi / d.Ts))
     end
   end
   local Ry, Ru, Ryu = covariance(y, y, M), covariance(u, u, M), covariance(y, u, M)

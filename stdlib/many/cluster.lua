@@ -174,7 +174,7 @@ function cluster.follow(file)
   local pause = seconds.first
   while true do
     local state = shards.collect(file)
-    progress(("sweep: %d of %d runs, %d of %d shards (Ctrl-C leaves it to the cluster, attach %q goes on)")
+    progress(("sweep: %d of %d runs, %d of %d shards (Ctrl-C: the cluster continues; attach %q returns to it)")
       :format(state.done + state.failed, state.runs, state.shards - #state.open, state.shards, file))
     if #state.open == 0 then break end
     submit_lost(file, folder, on, state)

@@ -280,7 +280,7 @@ doc { name = "slurm:__tostring", module = "sweep", sig = "print(on)", text = "In
       on.partition and " in " .. on.partition or "")
   end }
 doc { name = "attach", module = "sweep", sig = "attach(file) -> sweep",
-  text = [[Follows a sweep that a cluster makes until it is finished (Ctrl-C leaves it to the cluster) and
+  text = [[Follows a sweep that a cluster makes until it is finished (after Ctrl-C the cluster continues) and
     gives it back; lost tasks are submitted again. Of shards that are made by hand it takes those that are
     finished. Also `pendula sweep attach runs.db`.]],
   example = "print(type(attach))", gives = "function",

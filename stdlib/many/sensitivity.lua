@@ -74,7 +74,7 @@ function sensitivity.sobol(s, e, options)
   require_design(s, "saltelli", "sobol")
   if s.correlated then fail "sobol: shares of variance are not defined for quantities that vary together" end
   local names, d = s.names, s.dimensions
-  if #names ~= d then fail "sobol: lists beside the distributions cannot be analysed; give numbers" end
+  if #names ~= d then fail "sobol: parameters given as lists cannot be analysed; give numbers or distributions" end
   local points = base_points(answers.values(s, e, options.t), d)
   if #points < 2 then fail "sobol: fewer than two base points have all their runs; see s.failures" end
   local all = {}

@@ -62,6 +62,13 @@ local function callable(f)
   return f
 end
 
+-- The axes as lists, and z[i][j] at (x[j], y[i]).
+local function sampled(by, x, y, f, n)
+  n = cells(by, n)
+  x, y = axis_of(by, "x", x, n, f), axis_of(by, "y", y, n, f)
+  return x, y, values_of(by, x, y, callable(f))
+end
+
 local map_options = options.joined(options.named { "title", "xlabel", "ylabel", "xlim", "ylim", "size",
   "notes",
   "equal", "theme" }, { option("n", "integer", "cells in each direction where a range is given", "60"),
@@ -75,9 +82,8 @@ doc { name = "heatmap", module = "plot", sig = "heatmap(x, y, z [, options]) -> 
   gives = "figure: 1 series, 100 points", options = map_options,
   function(x, y, f, given)
     local chosen = check_options("heatmap", given, map_options)
-    local n = cells("heatmap", chosen.n or 60)
-    x, y = axis_of("heatmap", "x", x, n, f), axis_of("heatmap", "y", y, n, f)
-    local z = values_of("heatmap", x, y, callable(f))
+    local z
+    x, y, z = sampled("heatmap", x, y, f, chosen.n or 60)
     local px, py, values = {}, {}, {}
     for i = 1, #y do
       for j = 1, #x do px[#px + 1], py[#py + 1], values[#values + 1] = x[j], y[i], z[i][j] end
@@ -200,9 +206,8 @@ doc { name = "contour", module = "plot", sig = "contour(x, y, z [, options]) -> 
   gives = "0.5", options = contour_options,
   function(x, y, f, given)
     local chosen = check_options("contour", given, contour_options)
-    local n = cells("contour", chosen.n or 80)
-    x, y = axis_of("contour", "x", x, n, f), axis_of("contour", "y", y, n, f)
-    local z = values_of("contour", x, y, callable(f))
+    local z
+    x, y, z = sampled("contour", x, y, f, chosen.n or 80)
     local low, high = math.huge, -math.huge
     for i = 1, #y do
       for j = 1, #x do low, high = math.min(low, z[i][j]), math.max(high, z[i][j]) end

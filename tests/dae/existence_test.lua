@@ -27,7 +27,7 @@ refused("a contradiction among thirty equations", (function()
   return dae(list)
 end)(), "the equations (29), (30) have no solution in common")
 refused("a pole approached by tanh", dae { tanh(x) ~ y, y ~ 1 + w^2, der(w) ~ x },
-  "no values that satisfy the equations were found. If there are some, the structure says index 1, 1 free")
+  "no values that satisfy the equations were found. If some exist, the structural index is 1, 1 free")
 refused("a cubic with one real root for three",
   dae { x + y + z ~ 0, x*y + y*z + z*x ~ 1, x*y*z ~ 1, der(w) ~ w*x },
   "the equations (1), (2) have no solution in common")

@@ -12,6 +12,7 @@
 #include "dae/reduce/reduced_forms.hpp"
 #include "dae/start/start.hpp"
 #include "mech/lagrangian.hpp"
+#include "tests/error_text.hpp"
 
 namespace pendula::reduce_forms_test {
 
@@ -126,18 +127,8 @@ void check_forms(const Problem& p, std::initializer_list<std::pair<const char*, 
   }
 }
 
-template <class Call>
-std::string message(const Call& call) {
-  try {
-    call();
-  } catch (const UserFacing& e) {
-    return e.what();
-  }
-  return "";
-}
-
 std::string reason(const Problem& p, const char* form) {
-  return message([&] { dae::reduce(p.model, form); });
+  return test::error_text([&] { dae::reduce(p.model, form); });
 }
 
 }  // namespace
@@ -240,10 +231,11 @@ TEST_CASE("baumgarte: the residual is C″ + 2α C′ + β² C; gains are checke
   CHECK(low->drift == dae::DriftLaw::decay);
   CHECK(dae::trace(*low).find("Warning: the gains") != std::string::npos);
   options.alpha = Expr(-1);
-  CHECK(message([&] { dae::reduce(p.model, "baumgarte", options); }).find("alpha = -1 must be positive") !=
-        std::string::npos);
+  CHECK(test::error_text([&] {
+          dae::reduce(p.model, "baumgarte", options);
+        }).find("alpha = -1 must be positive") != std::string::npos);
   options.alpha = Expr(1);
-  CHECK(message([&] { dae::reduce(p.model, "ode", options); }).find("form \"ode\" has none") !=
+  CHECK(test::error_text([&] { dae::reduce(p.model, "ode", options); }).find("form \"ode\" has none") !=
         std::string::npos);
 }
 
@@ -299,13 +291,14 @@ TEST_CASE("dummy: the selection follows the point, and its quality falls towards
   CHECK(both.dummies.size() == 4);
   CHECK(dae::dummy_quality(two_masses().model, both, start_of(two_masses())->values) ==
         doctest::Approx(both.quality));
-  CHECK(message([&] { dae::select_dummies(p.model, at(0, 0, 0)); }).find("singular") != std::string::npos);
-  CHECK(message([&] {
+  CHECK(test::error_text([&] { dae::select_dummies(p.model, at(0, 0, 0)); }).find("singular") !=
+        std::string::npos);
+  CHECK(test::error_text([&] {
           dae::select_dummies(p.model, {{q[0], 1}});
         }).find("gives no value for") != std::string::npos);
   auto foreign = low;
   foreign.dummies = {der(symbol(Kind::variable, "w")), der(symbol(Kind::variable, "w"), 2)};
-  CHECK(message([&] {
+  CHECK(test::error_text([&] {
           dae::dummy_quality(p.model, foreign, at(0, 0, -1));
         }).find("the selection of dummy derivatives is of another model") != std::string::npos);
   const auto model = dae::reduce_dummy(p.model, side);

@@ -11,6 +11,7 @@
 #include "dae/reduce/reduce.hpp"
 #include "dae/start/start.hpp"
 #include "mech/lagrangian.hpp"
+#include "tests/error_text.hpp"
 
 namespace pendula::start_test {
 
@@ -42,16 +43,6 @@ struct TwoMasses {
     return list;
   }
 };
-
-template <class Call>
-std::string message(const Call& call) {
-  try {
-    call();
-  } catch (const UserFacing& e) {
-    return e.what();
-  }
-  return "";
-}
 
 const std::array<double, 6> exam_position{.6, 0, -.8, .6, 0, -1.3}, exam_velocity{.8, .5, .6, 1.1, .3, .6};
 
@@ -97,7 +88,7 @@ TEST_CASE("contradicting fixes: the conflict is named, with the residual") {
   const TwoMasses s;
   dae::StartRequest request;
   request.fix = s.fix({.6, 0, -.9, .6, 0, -1.4}, exam_velocity);
-  const std::string text = message([&] { dae::init(s.model, request); });
+  const std::string text = test::error_text([&] { dae::init(s.model, request); });
   CHECK(text.find("contradict") != std::string::npos);
   CHECK(text.find("C₁") != std::string::npos);
 }
@@ -106,7 +97,7 @@ TEST_CASE("too few fixes: the candidates are listed, unless a guess covers them"
   const TwoMasses s;
   dae::StartRequest request;
   for (int i = 0; i < 6; ++i) request.fix.push_back({s.q[i], exam_position[i]});
-  CHECK(message([&] {
+  CHECK(test::error_text([&] {
           dae::init(s.model, request);
         }).find("4 initial values are neither fixed nor determined") != std::string::npos);
   for (int i = 0; i < 6; ++i) request.guess.push_back({derivative_leaf(s.q[i]), 0});
@@ -144,11 +135,11 @@ TEST_CASE("a parameter without a value and an input without a value are named") 
   VecX l(1), r(1);
   l << derivative_leaf(x);
   r << -k * x;
-  CHECK(message([&] {
+  CHECK(test::error_text([&] {
           dae::init(dae::make_model({{l, r, ""}}), {});
         }).find("'k_without_value' has no value") != std::string::npos);
   r << u - x;
-  CHECK(message([&] {
+  CHECK(test::error_text([&] {
           dae::init(dae::make_model({{l, r, ""}}), {});
         }).find("input 'u' has no value") != std::string::npos);
 }

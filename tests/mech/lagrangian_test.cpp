@@ -6,6 +6,7 @@
 #include "base/error.hpp"
 #include "dae/rank/rank.hpp"
 #include "mech/lagrangian.hpp"
+#include "tests/error_text.hpp"
 
 namespace pendula::lagrangian_test {
 
@@ -37,12 +38,7 @@ mech::Lagrangian cart_pendulum() {  // angle from the horizontal (ERRATA, lectur
 }
 
 std::string message(const mech::Lagrangian& s) {
-  try {
-    mech::lagrange(s);
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
+  return test::error_text([&] { mech::lagrange(s); });
 }
 
 }  // namespace

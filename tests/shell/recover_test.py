@@ -19,7 +19,7 @@ def test_a_session_that_was_cut_off_comes_back(terminal, home):
     check(len(os.listdir(folder)), 1)
     time.sleep(0.5)  # until the program has gone, too
     w = terminal()
-    w.wait("did not end by itself")
+    w.wait("ended unexpectedly")
     w.enter("recover()")
     w.wait("^6.0$", pattern=True)
     w.enter("mass, 'kg'")
@@ -49,7 +49,7 @@ def test_an_entry_that_fails_again_costs_only_itself(terminal, home):
         with open(os.path.join(home, "model.lua"), "w") as file:
             file.write("speed = 7\n")
         w = terminal()
-        w.wait("did not end by itself")
+        w.wait("ended unexpectedly")
         w.enter("recover()")
         w.wait(told + "^9 +kept$", pattern=True)
         w.wait_prompt("kept")
@@ -69,7 +69,7 @@ def test_a_killed_session_comes_back(terminal, home):
         w.enter(f"os.execute 'kill -{signal} $PPID'")
         w.wait(f"[ended with {status}]")
         w = terminal()
-        w.wait("did not end by itself")
+        w.wait("ended unexpectedly")
         w.enter("recover()")
         w.wait("^2$", pattern=True)
         w.enter("2*mass")

@@ -4,7 +4,7 @@
 //
 // The same for A = [M Cᵀ; C D] with a positive definite M and a D ≤ 0: M first, which leaves D - C M⁻¹ Cᵀ,
 // negative definite wherever A is regular (docs/derivations.md#closed-loops). M may be singular where A is
-// not: then pivots become small beside the diagonal that they come from, and is_sound() is 0.
+// not: then pivots become small relative to the diagonal that they come from, and is_sound() is 0.
 #pragma once
 
 #include <functional>

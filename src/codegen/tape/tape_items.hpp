@@ -1,4 +1,4 @@
-// First half of the way from a program to a tape: what the tape does, item by item.
+// First half of the translation of a program into a tape: the list of its items.
 //
 // An item is a vector loop, an operation without pattern, or part of a linear system. Every item gets slots
 // of its own, numbered behind the inputs and constants; the second half (tape_layout.cpp) fuses the loops,

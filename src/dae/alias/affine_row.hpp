@@ -1,4 +1,4 @@
-// Residuals as sums: what is linear in unknowns, and the rest.
+// Residuals split into terms that are linear in unknowns, and the rest.
 #pragma once
 
 #include <unordered_map>

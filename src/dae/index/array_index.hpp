@@ -77,8 +77,8 @@ struct ArrayOptions {
 };
 
 /// Differentiation index, degrees of freedom and conditions of the equations of a model, at its parameter
-/// values (parameters without value are taken generic, as are inputs and unspecified functions). Never
-/// throws for what it finds; the verdict says it. Cost: dense ranks of at most max_columns columns.
+/// values (parameters without value are taken generic, as are inputs and unspecified functions). A
+/// missing index is no exception but a verdict. Cost: dense ranks of at most max_columns columns.
 ArrayResult derivative_array(const Model& model, const ArrayOptions& options = {});
 
 }  // namespace pendula::dae

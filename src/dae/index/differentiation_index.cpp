@@ -51,7 +51,7 @@ std::optional<IndexResult> from_pencil(const Model& m) {
   if (!linear.regular)
     throw Failure(text(
         "the pencil sE - A is singular (det(sE - A) = 0 for every s): the equations depend on each other or "
-        "leave unknowns open, so there is no index; sys:pencil() shows which",
+        "leave unknowns undetermined, so there is no index; sys:pencil() shows which",
         why_singular(m)));
   IndexResult t;
   t.index = linear.index;

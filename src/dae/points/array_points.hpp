@@ -35,8 +35,8 @@ class NumericArray {
   /// Rows; units of unknowns are not looked for in more.
   static constexpr std::size_t most_measured = 300;
 
-  /// far_from_one: units only where some are. always: coefficients that vanish are
-  /// told from small ones by them.
+  /// far_from_one: units only where some are far from 1. always: they distinguish coefficients that vanish
+  /// from small ones.
   enum class Units { far_from_one, always };
 
   explicit NumericArray(const DerivativeArray& array, Units units = Units::far_from_one);

@@ -22,14 +22,15 @@ struct ConstraintRank {
   enum class Verdict {
     no_position,  ///< none was found
     independent,  ///< the gradients are independent at the position
-    singular,     ///< they depend on each other there, and nothing follows beside it
-    implied       ///< those that are not in `kept` follow from these, also beside the position
+    singular,     ///< they depend on each other there, but are independent nearby
+    implied       ///< those that are not in `kept` follow from these, also nearby
   } verdict = Verdict::no_position;
-  int rank = 0, beside = 0;                   ///< of ∂C/∂q at the position, and beside it
-  std::vector<int> kept;                      ///< with independent gradients
-  std::unordered_set<Expr> free;              ///< coordinates that these let move
-  std::unordered_map<Expr, double> sizes;     ///< of the coordinates: |q| there, or the unit of one that is 0
-  std::unordered_map<Expr, double> units;     ///< of the coordinates, as far as C tells them (magnitudes.hpp)
+  int rank = 0, beside = 0;                ///< of ∂C/∂q at the position, and nearby
+  std::vector<int> kept;                   ///< with independent gradients
+  std::unordered_set<Expr> free;           ///< coordinates that these let move
+  std::unordered_map<Expr, double> sizes;  ///< of the coordinates: |q| there, or the unit of one that is 0
+  std::unordered_map<Expr, double>
+      units;  ///< of the coordinates, as far as C determines them (magnitudes.hpp)
   std::unordered_map<Expr, double> position;  ///< implied: values of all symbols of C that satisfy them
 };
 
@@ -42,7 +43,7 @@ class ConstraintPositions {
 
   /// At the position that the search from these values finds; 0 where there is none.
   ConstraintRank near(const std::unordered_map<Expr, double>& values) const;
-  /// Of the coordinates, as far as C tells them.
+  /// Of the coordinates, as far as C determines them.
   const Vec& units() const { return all_.unit(); }
   /// At positions found from seeded values. Where they differ, the one where coordinates move that are fixed
   /// at the others, otherwise the one of largest rank.

@@ -26,8 +26,8 @@ constexpr double clear_gap = 1e6;  ///< between singular values that count and t
 /// O(r c min(r, c)), ten times less where QR is enough.
 RankGap rank_with_gap(const Mat& m);
 
-/// The same where entries are accurate beside themselves, none of them near a 0 that a better point would
-/// have: where the rank is not full, that of the balanced matrix if this is higher and clear. Largest
+/// The same where every entry is accurate relative to itself, so that small entries are not rounding errors
+/// of 0: where the rank is not full, that of the balanced matrix if this is higher and clear. Largest
 /// entries of 1 do not make a matrix well scaled: a triangular one of ones, in units that fall from
 /// column to column, looks singular.
 RankGap rank_in_any_units(const Mat& m);

@@ -22,7 +22,7 @@ namespace pendula::dae {
 ///
 /// shapes    A: the entries of the whole matrix, b ∈ ℝⁿ; the last `multipliers` rows
 ///           and columns are those of g and z
-/// returns   nothing where A is not that, but for the signs of rows, or M is not definite at random points
+/// returns   nothing where A has not this form, up to signs of rows, or M is not definite at random points
 /// see       docs/derivations.md#closed-loops
 std::optional<VecX> saddle_point_solution(const std::vector<Entry>& A, const VecX& b, int multipliers,
                                           const std::unordered_map<Expr, double>& parameters);

@@ -39,7 +39,7 @@ struct Regularised {
   Offsets offsets;               ///< of the regularised model
   int dof = 0;                   ///< free initial values
   /// How often the original equations have to be differentiated at most: an upper bound of the index, since
-  /// the regularised equations contain derivatives of the original ones. derivative_array() tells the index.
+  /// the regularised equations contain derivatives of the original ones. derivative_array() gives the index.
   int differentiations = 0;
 };
 

@@ -17,8 +17,8 @@ struct DomainCondition {
   std::string reason() const;
 };
 
-/// Of all terms of the equations, each factor once. Left out: factors without variables, and those of which
-/// the signs of their parts say that they never vanish (1 + x²). A condition need not matter to the
+/// Of all terms of the equations, each factor once. Left out: factors without variables, and those that never
+/// vanish by the signs of their parts (1 + x²). A condition need not matter to the
 /// equations: sin(x)/x is bounded, the branch of an ifelse may not be in force.
 /// Cost: linear in the size of the equations; factors of denominators are remembered.
 std::vector<DomainCondition> domain_conditions(const std::vector<Expr>& equations);

@@ -19,10 +19,10 @@ class ContinuationCheck {
   ContinuationCheck(const Model& model, const NumericArray& numeric);
 
   /// Of every derivative in which the continuation differs from others: it is that of the expansion at the
-  /// point, and beside the point the residuals grow where it is changed by a tenth, in either direction.
+  /// point, and near the point the residuals grow where it is changed by a tenth, in either direction.
   bool holds(const Continuation& continuation) const;
 
-  /// The equations have a solution beside the continuation a little later: none near z = 0 where z² = -t³.
+  /// The equations have a solution near the continuation a little later: none near z = 0 where z² = -t³.
   /// Values of every unknown and derivative are moved as little as possible (Gauss-Newton).
   bool exists_along(const Continuation& continuation, const ContinuationExpansion& along) const;
   bool exists_along(const Continuation& continuation) const;

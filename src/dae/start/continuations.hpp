@@ -1,4 +1,4 @@
-// How solutions can go on from a singular point.
+// The continuations that solutions have at a singular point.
 #pragma once
 
 #include <limits>

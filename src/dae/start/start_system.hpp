@@ -190,7 +190,7 @@ ConsistentStatePtr start_on_signs(const ModelPtr& model, const StartRequest& req
 /// determined yet (`is_determined`), only if there is one. Small models only.
 void require_regular_point(const ModelPtr& model, const StartSystem& s, const Vec& w, bool is_determined);
 
-/// What vanishes at a point where the equations do not determine x′ and z, and how solutions go on from it:
+/// The factors that vanish at a point where the equations do not determine x′ and z, and the continuations:
 /// the end of a sentence such as "The equations are singular here". "" where neither is known.
 struct Crossing {
   std::string factors;        ///< "z = 0"
@@ -199,8 +199,8 @@ struct Crossing {
 };
 Crossing crossing_at(const ModelPtr& model, const StartSystem& s, const Vec& w);
 
-/// A sentence for a mechanism of which multipliers alone are not determined: its
-/// constraints depend on each other.
+/// A sentence for a mechanism in which only multipliers are undetermined: its constraints depend on each
+/// other.
 std::string redundancy_hint(const ModelPtr& model, const std::vector<Expr>& open);
 
 /// The contradictory fixes moved onto the constraints: min Σ ((w_j - fix_j)/s_j)² subject to the equations.

@@ -35,13 +35,13 @@ struct Offsets {
   int index() const;
 };
 
-/// The part of the system Jacobian J that tells whether the structural index ν is the differentiation index,
-/// or only a bound for it, at a point where J is regular.
+/// The part of the system Jacobian J that decides whether the structural index ν is the index or only
+/// a bound for it, at a point where J is regular.
 ///
 /// F_k = 0 with k = ν - 1 contains F_i^(c_i + s) for the rows with c_i + s ≤ k. Let s = 1 if some
 /// d_j = 0, else 0: the rows of stage s are R = {i : c_i < max c}. They are linear in x_j^(d_j + s)
 /// with the matrix J_R, and so are the rows of the stages after s; as rows of J are independent, later
-/// stages can be satisfied whatever the unknowns of stage s are, and say nothing about them. So
+/// stages can be satisfied for any values of the unknowns of stage s, and do not restrict them. So
 /// F_k = 0 determines x_j^(d_j + s) only if the unit vector e_j is in the row space of J_R. The index
 /// asks for T = {j : d_j + s = max(1, order of x_j)}; it is ν if one of these is not determined:
 /// |T| + rank(J_R without the columns T) > |R|.

@@ -107,14 +107,14 @@ class EventFinder {
     ignored_[which] = ignored;
     count_wanted();
   }
-  /// Goes on for another finder that had the same events, and none or others behind them.
+  /// Continues for another finder with the same events, followed by none or others.
   void take_over(const EventFinder& before, std::size_t events);
   /// The modes of the surfaces, which conditions may contain.
   void set_modes(const std::vector<double>& modes) { problem_->set_modes(modes); }
   /// At a new beginning: a zero of this event counts as this side of it.
   void set_side(int which, int side);
-  /// A new beginning at a point: what is zero here does not count as a root here, nor does the root from
-  /// which the run begins again (crossed), unless it has changed since.
+  /// Restart at a point: a condition that is zero here does not count as a root here, nor does the root from
+  /// which the run restarts (crossed), unless it has changed since.
   void start(const Point& point, const std::vector<Crossing>& crossed = {});
   /// On which side of its root an event function is at the last point looked at: -1, 1, or 0.
   double side(int which) const;
@@ -134,10 +134,10 @@ class EventFinder {
   /// The first root in (from, to], where `from` is the last start or root, located to a few ulp of t.
   /// Requires events.
   std::optional<Hit> find(Stepper& stepper, const StepView& step);
-  /// After a root that changes nothing: go on behind it.
+  /// After a root that changes nothing: continues behind it.
   void pass(const Hit& hit, Stepper& stepper, const StepView& step);
   /// Has the condition of a reset only been 0 to rounding since the last sample, as for bodies
-  /// that move side by side? Then it has crossed nothing, and the search goes on after it, on
+  /// that move side by side? Then it has crossed nothing, and the search continues after it, on
   /// the side where the condition was.
   bool rests(const Hit& hit, Stepper& stepper, const StepView& step);
 

@@ -3,7 +3,7 @@
 // A step-size control sees the equations at a few points of each step. Where the right-hand side
 // has been smooth, steps become long, and a Gaussian of a hundredth of their length may lie
 // between those points: the run would finish without it. Expressions of t and parameters alone,
-// and inputs, can be looked at beforehand.
+// and inputs, can be sampled before the run.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,4 @@
-// Points from which more than one solution goes on.
+// Points from which more than one solution continues.
 //
 // Where the slope of f is infinite, x′ = f(x) need not have one solution: from x = 0, x′ = √|x| may stay, or
 // leave at any later time, and which of these a run follows is decided by rounding. Beside such a point the

@@ -35,14 +35,14 @@ struct Plan {
   std::optional<std::vector<double>> times;
   bool direct = false;  ///< integrate a model of index 2 or more as it stands
 
-  /// Asked after every step; true ends the run there (Ending::stop_when).
+  /// Called after every step; true ends the run there (Ending::stop_when).
   std::function<bool(const Point&)> stop_when;
 
   bool check_singularities = true;  ///< false: no guards, no blocks
   std::vector<Guard> guards;        ///< where one vanishes, the run stops
   std::vector<Guard> choices;  ///< where one rests at 0 within the tolerances, a run with chosen steps stops
-  /// Asked where a run stops: "; solutions go on there with z′ = -1 or z′ = 1", or "". here: a guard vanishes
-  /// there; else the place where solutions meet is looked for ahead.
+  /// Called where a run stops: "; solutions go on there with z′ = -1 or z′ = 1", or "". here: a guard
+  /// vanishes at this point; otherwise the point where solutions meet is searched ahead.
   std::function<std::string(const Point&, bool here)> continuations;
   std::vector<dae::LargeBlock> blocks;  ///< where one loses its rank, the run stops (rank_monitor.hpp)
 

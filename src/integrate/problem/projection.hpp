@@ -1,4 +1,4 @@
-// Moving a state back onto the constraints it should satisfy: what a form "project" asks of the integrator.
+// Projection of a state onto the constraints of a form "project".
 #pragma once
 
 #include <vector>

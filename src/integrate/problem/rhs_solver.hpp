@@ -1,4 +1,5 @@
-// x′ and z where t and x are known: what an explicit method evaluates, and what a mesh point is completed by.
+// Solves the equations for x′ and z at given t and x: right-hand side of explicit methods, values at mesh
+// points.
 #pragma once
 
 #include "base/error.hpp"
@@ -60,7 +61,7 @@ class RhsSolver {
   bool approach();
   bool approach_by_exponents();
   double correct(double* xdot, double* z);
-  /// Newton's iteration as it goes, lengths in units of the unknowns: what the next corrections will be.
+  /// State of Newton's iteration, lengths in units of the unknowns, and a forecast of the next correction.
   struct Progress {
     double last = 0;      ///< correction
     double distance = 0;  ///< from where the matrix was made
@@ -80,7 +81,7 @@ class RhsSolver {
   std::vector<double> entries_, r_, residual_, changed_, rounding_, values_;
   std::vector<double> before_;   ///< the correction before r_
   std::vector<double> begin_;    ///< x′ and z that a search begins with
-  std::vector<double> usual_;    ///< size of every unknown, of late
+  std::vector<double> usual_;    ///< recent size of every unknown
   double relative_change_ = 0;   ///< last correction, longest part of all unknowns in units of each
   double nonlinear_change_ = 0;  ///< the same of those that the matrix depends on
   double curvature_ = 1;         ///< δₖ₊₁/δₖ² of Newton's iteration in the solutions so far

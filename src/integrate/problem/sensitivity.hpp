@@ -8,8 +8,8 @@
 // (simultaneous corrector; Feehery, Tolsma & Barton, Appl. Numer. Math. 25, 1997). The iteration matrix is
 // block triangular, its diagonal blocks are those of the model itself.
 //
-//   Simulation wish = …;  wish.sensitivities = {m, L, x};          // parameters; a state means its start
-//   TrajectoryPtr run = simulate(model, wish);
+//   Simulation request = …;  request.sensitivities = {m, L, x};    // parameters; a state means its start
+//   TrajectoryPtr run = simulate(model, request);
 //   Mat dy = run->sensitivity(std::span(&y, 1), m);                // dy/dm, one row per saved time
 //   Vec at = run->sensitivity(std::span(&y, 1), m, 2.5);
 #pragma once

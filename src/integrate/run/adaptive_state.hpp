@@ -31,7 +31,7 @@ struct AdaptiveState {
   void view_step();
   /// The step, or its part up to an event, belongs to the solution. about_to_jump: see OutputWriter.
   void keep(const Point& end, bool about_to_jump);
-  /// The stepper has begun anew where the last step ended, which was announced as about to jump.
+  /// The stepper was restarted at the end of the last step, which was announced as about to jump.
   void go_on(const Point& before);
   /// The point inside the last step. z of index 1 is solved for.
   Point inside(double t, Detail detail);

@@ -30,7 +30,7 @@ class EventHandler {
   /// the last reset, if there was one; pending: events that were found at the same moment, which come first.
   bool settle(const Point* before = nullptr, std::vector<EventFinder::Crossing> pending = {});
 
-  /// Begins anew at a point where the equations or the states have jumped.
+  /// Restarts at a point where the equations or the states have jumped.
   void begin_again(const Point& point, const ModeTracker::Crossings& crossed);
 
   /// On which side of its root each condition is: -1, 0, 1.

@@ -11,8 +11,8 @@ namespace pendula::integrate {
 
 /// Compares the work of the implicit steps on a stretch of the solution with that of explicit steps: as many
 /// as stability requires, by |λ| measured every few steps, and at least as many as accuracy requires,
-/// estimated from the implicit ones. A new stretch begins where a step is longer than all before (they say
-/// nothing about those to come), and where explicit steps would be far too many. Derivation:
+/// estimated from the implicit ones. A new stretch begins where a step is longer than all before (earlier
+/// steps do not predict later ones), and where explicit steps would be far too many. Derivation:
 /// docs/derivations.md#choice-of-the-method; the constants were measured with bench/choice.lua: half or twice
 /// as large they change the mean of all runs by 0.005 (docs/performance.md).
 class ExplicitForecast {

@@ -44,7 +44,7 @@ class MethodSelector {
   bool higher_order_is_cheaper() const;
   bool may_become_explicit() const;
   void become_explicit(double dt);
-  /// For what is stiff from here on.
+  /// The method for equations that are stiff from here on.
   const MethodFamily& implicit() const;
   double left() const;
   /// Work of the method in use so far, in explicit steps: passes over the nonzeros of the equations, where a

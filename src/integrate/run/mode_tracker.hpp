@@ -4,15 +4,15 @@
 // A border is unfrozen, that is its branches are evaluated as they are written from then on and its crossings
 // are not located, where freezing it does more harm than good:
 //
-//   - the solution goes on on neither side, or crosses it infinitely often: two voltages that become equal
+//   - the solution continues on neither side, or crosses it infinitely often: two voltages that become equal
 //   - crossings follow each other within two steps, six times, or make up a quarter of all steps: locating
 //     costs more than a kink inside a step
 //   - a step fails: a frozen branch has been evaluated far outside its own domain
 //
 // and only if the equations are continuous there: by their expressions, or at the point (border_jump.hpp).
 //
-// Where they are not, and the solution goes on on neither side, it slides along the border until one of the
-// sides takes it (event/filippov.hpp).
+// Where they are not, and the solution continues on neither side, it slides along the border until it can
+// leave to one of the sides (event/filippov.hpp).
 #pragma once
 
 #include <memory>
@@ -37,8 +37,8 @@ class ModeTracker {
 
   /// The modes at the start of the run, before there is a stepper.
   void initialise(const Point& point);
-  /// Stepper and events begin at a point, in the modes of the side on which the solution goes on, or sliding;
-  /// crossed: where it comes from a root. Throws Failure where the solution can go on in no way.
+  /// Stepper and events begin at a point, in the modes of the side on which the solution continues, or
+  /// sliding. crossed: the roots at this point. Throws Failure where the solution has no continuation.
   void begin(const Point& point, const Crossings& crossed);
   /// After a step without events: a crossing was missed, or the solution has left a surface it was on.
   bool differ() const;
@@ -54,20 +54,20 @@ class ModeTracker {
   /// Did the solution, at the beginning of the step in state.view, stop sliding along a border and leave it
   /// to a side to which it bends? Crossings of that border right after are rounding.
   bool has_just_left(const EventFinder::Hit& hit);
-  /// After a failure of a step: all on which the equations are known to be so smooth.
+  /// After a failure of a step: unfreezes all borders at which the equations are at least so smooth.
   bool unfreeze_all(const Point& point, Smoothness least = Smoothness::kink);
-  /// Where crossings accumulate: the solution slides along all borders that were crossed of late; false if
-  /// it cannot. near: nor if it is further from them than its errors.
+  /// Where crossings accumulate: the solution slides along all recently crossed borders; false if it cannot.
+  /// near: false also if it is further from them than its errors.
   bool slide_where_crossed(const Point& point, bool near = false);
   /// The same where many steps make no progress: the solution may oscillate about a border by its errors
   /// alone. True where sliding was tried; the run must then restart where the stepper stands.
   bool slide_where_steps_are_tiny();
   /// True where the equations are continuous at every crossing.
   bool is_continuous(const Crossings& crossed) const;
-  /// Writes into the solution what became of every border.
+  /// Writes the treatment of every border into the solution.
   void report() const;
 
-  /// Why a run ends that goes on on no side of a surface, nor along it.
+  /// Why the solution continues on no side of a surface, nor along it.
   Failure chattering(const Event& surface) const;
 
  private:
@@ -76,7 +76,7 @@ class ModeTracker {
     Treatment treatment = Treatment::frozen;
     double since = 0, slid = 0;  ///< of the treatment; how long it slid before
     int exits = -1;              ///< the first of the two events that end the sliding
-    double farthest = 0;         ///< |s| at the ends of steps since creeping was looked for
+    double farthest = 0;         ///< largest |s| at the ends of steps since the last attempt
     int released = 0;            ///< while a run begins: the side to which the solution leaves
     int left = 0;                ///< the side to which it has left, at `left_at`
     double left_at = 0;
@@ -125,7 +125,7 @@ class ModeTracker {
     long steps = 0, interval = 100;
     double t = 0;
   } attempts_;
-  Crossings begun_;  ///< where the run has begun anew last
+  Crossings begun_;  ///< at the last restart of the run
   double begun_at_ = 0;
   long crossings_ = 0;  ///< of borders that can be unfrozen, at different times
   std::unique_ptr<RhsSolver> derivative_;

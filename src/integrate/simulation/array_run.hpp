@@ -15,7 +15,7 @@ namespace pendula::integrate {
 /// A model of form "array", and no event that resets what is a state of the first choice only.
 bool chooses_rows(const dae::Model& model, const Simulation& simulation);
 
-/// As simulate(), which calls it. The solution's states_in_use() tells every choice.
+/// As simulate(), which calls it. The solution's states_in_use() lists every choice.
 TrajectoryPtr simulate_rechoosing(const dae::ModelPtr& model, const Simulation& simulation);
 
 }  // namespace pendula::integrate

@@ -1,8 +1,8 @@
-// How large the unknowns of a model are beside each other, told by its equations.
+// Relative sizes of the unknowns of a model, estimated from its equations.
 //
 // A model in metres whose angles are 10⁻³ and whose forces are 10⁹ is no more difficult than in
-// other units. What is negligible in an unknown follows from what it does in the equations, not
-// from how large other unknowns are.
+// other units. Which change of an unknown is negligible follows from its effect in the equations,
+// not from the sizes of other unknowns.
 #pragma once
 
 #include "integrate/problem/problem.hpp"

@@ -74,10 +74,10 @@ Error none_goes_on(double t, const std::string& why) {
 }
 
 std::string not_shared(Expr law) {
-  return text(
-      "an impact goes on through the contact ", to_text(law), ", for which an event names a law, while ",
-      "another contact that it goes through has none: the model does not tell how they share it. Give ",
-      "every contact that they touch an event with a reset, or none");
+  return text("an impact propagates through the contact ", to_text(law),
+              ", for which an event names a law, while ",
+              "another contact in its path has none: the model does not determine how they share it. Give ",
+              "every contact that they touch an event with a reset, or none");
 }
 
 /// The signs of the event conditions.

@@ -15,7 +15,7 @@ namespace pendula::integrate {
 /// can be followed through them.
 bool changes_regime(const dae::Model& model, const Simulation& simulation);
 
-/// As simulate(), which calls it. The solution's regimes_in_use() tells every switch.
+/// As simulate(), which calls it. The solution's regimes_in_use() lists every switch.
 TrajectoryPtr simulate_regimes(const dae::ModelPtr& model, const Simulation& simulation);
 
 }  // namespace pendula::integrate

@@ -14,7 +14,7 @@ namespace pendula::integrate {
 /// A model of form "dummy".
 bool chooses_states(const dae::Model& model);
 
-/// As simulate(), which calls it. The solution's states_in_use() tells every switch.
+/// As simulate(), which calls it. The solution's states_in_use() lists every switch.
 TrajectoryPtr simulate_reselecting(const dae::ModelPtr& model, const Simulation& simulation);
 
 }  // namespace pendula::integrate

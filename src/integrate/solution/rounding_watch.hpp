@@ -1,5 +1,5 @@
-// Are the digits asked for there at all? What rounding errors of the equations become along a solution,
-// beside the tolerances at its end.
+// Are the tolerances above the effect of rounding? Propagates rounding errors of the equations along a
+// solution and compares the result with the tolerances at its end.
 #pragma once
 
 #include <string>
@@ -28,7 +28,7 @@ class RoundingWatch {
   Tolerances tolerances_;
   bool active_;
   long last_ = 0, next_;
-  double t_ = 0;               ///< of the last look
+  double t_ = 0;               ///< of the last measurement
   std::vector<double> error_;  ///< of (x, z), there
 };
 

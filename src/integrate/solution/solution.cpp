@@ -177,10 +177,10 @@ std::string Solution::errors_text() const {
     return text(
         "at t = ", rounded(*stats_.rest, 4),
         " the solution almost stood still before it moved: errors within the tolerances decided where to; take a "
-        "smaller atol, sol:check() tells what is left\n");
+        "smaller atol; sol:check() estimates the error\n");
   if (!outcome_.is_complete() || !(errors() > Stats::many_errors)) return "";
   return text("the errors of the steps add up to ", rounded(errors(), 2),
-              " tolerances where nothing damps them: sol:check() tells what is left\n");
+              " tolerances where nothing damps them: sol:check() estimates the error\n");
 }
 
 std::string Solution::stats_text() const {

@@ -1,5 +1,5 @@
-// Gustafsson's predictive step size control of implicit one-step methods: the trend of the errors tells how
-// the solution changes (Gustafsson, ACM TOMS 20(4), 1994; Hairer & Wanner, Solving ODEs II, 2nd ed., §IV.8;
+// Gustafsson's predictive step size control of implicit one-step methods: the trend of errors predicts the
+// next one (Gustafsson, ACM TOMS 20(4), 1994; Hairer & Wanner, Solving ODEs II, 2nd ed., §IV.8;
 // docs/derivations.md#step-size-control).
 #pragma once
 

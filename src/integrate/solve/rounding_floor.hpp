@@ -1,7 +1,7 @@
-// Where Newton's iteration cannot go on because of rounding: how much of each unknown that is, and what then.
+// The accuracy of each unknown to which rounding limits Newton's iteration, and whether it suffices.
 //
 // A residual F_i is known to ε (|∂F_i/∂t t| + Σ |∂F_i/∂y_j y_j|) only, and a multiplier of index 2 or 3 sees
-// what that leaves in a constraint divided by dt or dt². At tight tolerances the iteration then walks about
+// what that leaves in a constraint divided by dt or dt². At tight tolerances the corrections then stay
 // at a level that no smaller step lowers.
 #pragma once
 

@@ -43,7 +43,7 @@ Number combined_error(Number fifth, Number third) {
 
 // ── the first step ──
 
-/// A first step that is not lost beside t.
+/// A first step that is large enough to change t.
 template <class Number>
 Number visible_step(Number dt, Number t, Number longest) {
   constexpr double digits = 1e4 * std::numeric_limits<double>::epsilon();
@@ -107,8 +107,7 @@ struct StepState {
                                         &StepState::similar_rejections};
 };
 
-/// What a step with a second stage g at its end shows beside its error: sums of
-/// squares in units of the tolerance.
+/// Signs of stiffness of a step with a second stage g at its end: sums of squares in units of the tolerance.
 template <class Number>
 struct StepSigns {
   Number slopes = 0.0, points = 0.0;  ///< of f(x₁) - f(g) and x₁ - g

@@ -47,7 +47,7 @@ class IncrementCheck {
   void set_first(const double* F, std::ptrdiff_t stride);
   /// Has a row without x′, whose Jacobian varies, a residual F that is neither half of its first one nor
   /// known to be harmless? An iteration with a matrix that is far too large there makes tiny
-  /// corrections, which look converged.
+  /// corrections, although the iteration has not converged.
   bool stagnates(const double* F, std::ptrdiff_t stride) const;
   /// The same after a correction, with entries of the Jacobian at y = (x, z), from which the
   /// rounding errors of F follow. With entries of another point, where an exponential is huge,

@@ -1,5 +1,5 @@
-// What begins and ends between the points of a step where the equations hold, as the pulse of current behind
-// a rectifier does, no error estimate sees: it is looked for there.
+// Pulses of z that begin and end between the points of a step at which the equations hold, as of the current
+// behind a rectifier: no error estimate detects them.
 //
 // docs/derivations.md#step-checks. For a z that the equations are not linear in.
 #pragma once
@@ -25,7 +25,7 @@ class PulseWatch {
   };
 
   /// At time t, from those of the continuous extension to x′ and z of the equations;
-  /// false: they say nothing there.
+  /// false: they do not determine x′ and z there.
   using Equations = std::function<bool(double t, const double* y, Vec& xdot, Vec& z)>;
 
   PulseWatch(int n, int m);
@@ -34,8 +34,8 @@ class PulseWatch {
   void begin(const Vec& z, const Vec& z_end);
   void include(const double* z);
   /// Can the step hide a pulse of a z? Yes where z moves, by more than rounding, over a quarter of the range
-  /// that it has covered since the start (a sixth of a period). A z that only goes on, as in a transient,
-  /// hides nothing: between two new values it would have to return unseen. A z that has not moved yet is
+  /// that it has covered since the start (a sixth of a period). A monotone z, as in a transient,
+  /// hides no pulse: it would have to return between two new values. A z that has not moved yet is
   /// checked in the first step in which it does. scale: the tolerances of (x, z).
   bool is_due(const std::vector<double>& scale) const;
   /// The distance of z of the continuous extension from z of the equations, in units of a tenth of the range

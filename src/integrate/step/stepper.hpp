@@ -85,13 +85,13 @@ class Stepper {
   /// The Runge–Kutta method of a step; none: another kind of method.
   virtual TableauPtr tableau(const StepView&) const { return nullptr; }
 
-  /// The method evaluates x′ and z from (t, x), and cannot go on where they do not follow from them.
+  /// The method evaluates x′ and z from (t, x), and fails where they do not follow from them.
   virtual bool is_explicit() const { return false; }
   /// x′ and z follow from (t, x) by the equations as they stand.
   virtual bool is_determined() const { return true; }
   /// Since the last start, the step size was limited by stability rather than accuracy.
   virtual bool is_stiff() const { return false; }
-  /// Stiffness that has been seen is judged to be worth it; from here on it is looked for anew.
+  /// The stiffness found so far does not justify a change of the method; the test starts again here.
   virtual void restart_stiffness_test() {}
   /// The first step after the next start; 0: chosen.
   void suggest(double dt) { limits_.dt_first = dt; }
@@ -105,7 +105,7 @@ class Stepper {
   double weight(int i, double size) const { return tolerances_.atol[i] + tolerances_.rtol[i] * size; }
   /// The step, shortened or stretched a little so that the interval ends with a step of decent length.
   double fitted(double dt, double end) const;
-  /// A first step that is not lost beside t.
+  /// A first step that is large enough to change t.
   double visible(double dt, double longest) const;
   /// A first step in which x and x′ change little in units of the tolerance (step_controller.hpp); its error
   /// estimate corrects it.
@@ -114,8 +114,8 @@ class Stepper {
     const double smallest = 10 * std::numeric_limits<double>::epsilon() * std::fabs(here_.t);
     return std::fabs(dt) > smallest && std::fabs(dt) > 1e-300;
   }
-  /// A Jacobian is infinite at the root of √|x|: it is taken half a step ahead instead and, where the
-  /// solution stays there, a tolerance beside. take(point): false where it is infinite, too.
+  /// A Jacobian is infinite at the root of √|x|: it is evaluated half a step ahead instead and, where the
+  /// solution stays there, one tolerance away. take(point): false where it is infinite, too.
   template <class Take>
   bool take_beside(const Take& take) const {
     constexpr double golden = 0.618;
@@ -131,10 +131,10 @@ class Stepper {
     }
     return false;
   }
-  /// Errors, in tolerances, up to which a shorter step into an accepted one is believed; of a
-  /// smooth solution none exceeds 1.
+  /// Errors, in tolerances, up to which a shortened step into an accepted one is trusted; for a smooth
+  /// solution none exceeds 1.
   static constexpr double largest_inside = 10;
-  /// Rejections in a row after which a step may begin beside the equations.
+  /// Rejections in a row after which the starting point is assumed not to satisfy the equations.
   static constexpr int suspicious_failures = 4;
   /// Solves for x′ and z at (t, x) once more. A step satisfies equations without x′ within the tolerances
   /// only; where these equations change by orders of magnitude within a tolerance, no step can begin there,
@@ -145,7 +145,7 @@ class Stepper {
   /// Moves x of a new point onto the conditions of a projected form where it is too far off. Whether x moved;
   /// nothing, with the reason in trouble_, where no point on them is found.
   std::optional<bool> project(Point& next);
-  /// The error of a step that vanished beside t. `error`: scaled errors that name the culprit, may be empty.
+  /// The failure of a step too small to change t. `error`: scaled errors that name the culprit, may be empty.
   Failure vanished(const Eigen::Ref<const Vec>& error, const std::string& reason) const;
   /// "x", "z[2]": an entry of y = (x, z).
   std::string unknown_name(int i) const { return i < n() ? problem_->x_name(i) : problem_->z_name(i - n()); }

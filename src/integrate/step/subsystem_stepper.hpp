@@ -43,7 +43,7 @@ class SubsystemStepper final : public Stepper {
   Point rest_;
   std::vector<int> order_;
   int count_ = 0;
-  std::vector<Use> uses_;  ///< of which records tell
+  std::vector<Use> uses_;  ///< indexed by step records
 };
 
 }  // namespace pendula::integrate

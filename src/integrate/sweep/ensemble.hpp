@@ -23,10 +23,9 @@ class EnsembleClient {
   virtual void point(int set, int place, double t, const double* x, const double* xdot, const double* p) = 0;
   /// All its points were reported.
   virtual void finished(int set, const Stats& stats) = 0;
-  /// Not finite, step size vanished, too many steps, stiff: a run of its own must
-  /// treat it or say what is wrong.
+  /// Not finite, step size vanished, too many steps, or stiff: a separate run solves it or reports the error.
   virtual void abandoned(int set) = 0;
-  /// Does it want to see every step?
+  /// Does it inspect every step?
   virtual bool watches_steps() const { return false; }
   /// After a step of a lane: has the run to be abandoned?
   virtual bool rejects(int lane, int set, const Point& from, const Point& to, const double* p);

@@ -187,15 +187,7 @@ std::string key_in_words(lua_State* L, int index) {
 }
 
 void protected_call(lua_State* L, int arguments, int results) {
-  const int handler = lua_gettop(L) - arguments;
-  lua_pushcfunction(L, guarded<keep_error>);
-  lua_insert(L, handler);
-  int status = LUA_OK;
-  {
-    const Running running(L);
-    status = lua_pcall(L, arguments, results, handler);
-  }
-  lua_remove(L, handler);
+  const int status = call_with_handler(L, guarded<keep_error>, arguments, results);
   if (status == LUA_OK) return;
   if (is_interrupt_marker(L, -1)) {
     lua_pop(L, 1);

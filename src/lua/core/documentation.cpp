@@ -291,7 +291,7 @@ int function_bytes(lua_State* L) {
   };
   lua_settop(L, 1);
   if (lua_iscfunction(L, 1) || lua_dump(L, write, &bytes, 1) != 0)
-    throw Error("a function of the library itself cannot be written down");
+    throw Error("a function of the library itself has no source text");
   for (int i = 1; lua_getupvalue(L, 1, i); ++i) {
     const int type = lua_type(L, -1);
     if (type == LUA_TNUMBER || type == LUA_TSTRING || type == LUA_TBOOLEAN)

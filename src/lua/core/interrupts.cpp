@@ -82,6 +82,19 @@ void refuse_after_part() {
   if (part.entry) throw Interrupted();
 }
 
+int call_with_handler(lua_State* L, lua_CFunction handler, int arguments, int results) {
+  const int place = lua_gettop(L) - arguments;
+  lua_pushcfunction(L, handler);
+  lua_insert(L, place);
+  int status = LUA_OK;
+  {
+    const Running running(L);
+    status = lua_pcall(L, arguments, results, place);
+  }
+  lua_remove(L, place);
+  return status;
+}
+
 lua_State* running_state() { return running.load(std::memory_order_relaxed); }
 
 void push_interrupt_marker(lua_State* L) { lua_pushlightuserdata(L, &marker); }

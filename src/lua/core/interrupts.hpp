@@ -21,6 +21,9 @@ class Running {
   lua_State* outer_;
 };
 
+/// lua_pcall with a message handler; request_interrupt() stops it.
+int call_with_handler(lua_State* L, lua_CFunction handler, int arguments, int results);
+
 /// The innermost Running state, or nullptr.
 lua_State* running_state();
 

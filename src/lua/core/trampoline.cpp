@@ -83,12 +83,12 @@ void push_exception(lua_State* L, const std::string& name) {
 }
 
 /// A running library function; its callbacks can call others.
-class Running {
+class RunningRow {
  public:
-  Running() { ++depth_; }
-  ~Running() { --depth_; }
-  Running(const Running&) = delete;
-  Running& operator=(const Running&) = delete;
+  RunningRow() { ++depth_; }
+  ~RunningRow() { --depth_; }
+  RunningRow(const RunningRow&) = delete;
+  RunningRow& operator=(const RunningRow&) = delete;
   static bool none() { return depth_ == 0; }
 
  private:
@@ -100,8 +100,8 @@ int trampoline(lua_State* L) {
   try {
     poll_interrupt();
     check_stack();  // for callbacks nested in callbacks
-    if (Running::none()) begin_window_if_grown(L);
-    const Running running;
+    if (RunningRow::none()) begin_window_if_grown(L);
+    const RunningRow running;
     luaL_checkstack(L, 40, "too many arguments");
     refuse_more_arguments(L, row.name, row.signature, lua_upvalueindex(2));
     Call call(L, row);

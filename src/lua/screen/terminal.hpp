@@ -16,8 +16,8 @@ bool typed_at_prompt(lua_State* L);
 /// of the library alone between them; 0: there is none.
 int level_of_prompt(lua_State* L);
 
-/// One line on standard error that tells how far a computation is, written over again and again and gone at
-/// the end; nothing where standard error is no terminal.
+/// Progress of a computation in one line on standard error, overwritten and erased at the end; nothing where
+/// standard error is no terminal.
 class ProgressLine {
  public:
   using Milliseconds = std::chrono::milliseconds;
@@ -28,7 +28,7 @@ class ProgressLine {
   ProgressLine& operator=(const ProgressLine&) = delete;
 
   bool has_terminal() const { return terminal_; }
-  /// Is it time for a line? Cost: a look at the clock.
+  /// Is it time for a line? Cost: reading the clock.
   bool due() const { return terminal_ && std::chrono::steady_clock::now() >= next_; }
   void show(const std::string& line);
 

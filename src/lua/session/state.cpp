@@ -120,15 +120,7 @@ lua_State* new_state() {
 bool is_interrupt(lua_State* L, int index) { return is_interrupt_marker(L, index); }
 
 bool run(lua_State* L, int arguments, int results) {
-  const int base = lua_gettop(L) - arguments;
-  lua_pushcfunction(L, guarded<explain_error>);
-  lua_insert(L, base);
-  int status = LUA_OK;
-  {
-    const Running running(L);
-    status = lua_pcall(L, arguments, results, base);
-  }
-  lua_remove(L, base);
+  const int status = call_with_handler(L, guarded<explain_error>, arguments, results);
   if (status == LUA_ERRMEM) {
     const Reserve reserve(L);
     const std::string message = memory_message(L);

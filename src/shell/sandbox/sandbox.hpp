@@ -1,11 +1,11 @@
 // Running what somebody else has written: in a process of its own that can compute, print, and use one folder
-// at most. The walls are the kernel's: Landlock for files and the network, seccomp for everything that is no
+// at most. The kernel confines it: Landlock for files and the network, seccomp for everything that is no
 // file, resource limits, an empty environment, no inherited descriptors.
 //
 //   parent   fork ─▶ relays what the child prints, watches time, memory and output, collects reports, kills
 //   child    limits ─▶ prepare() with the files of the library still readable ─▶ confine() ─▶ work()
 //
-// Where the kernel has no Landlock nothing is run: a weaker wall would look like this one.
+// Where the kernel has no Landlock nothing is run: weaker protection would be mistaken for this one.
 #pragma once
 
 #include <cstddef>

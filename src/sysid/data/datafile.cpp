@@ -87,7 +87,7 @@ class DecimalSigns {
       if (own.line == 0) own = {word, line};
       if (other.line != 0)
         throw Error(
-            text(path_, ":", line, ": '", word, "' beside '", other.word, "' in line ", other.line,
+            text(path_, ":", line, ": '", word, "' next to '", other.word, "' in line ", other.line,
                  ": a comma is the decimal sign here (between semicolons or tabs) where no number has a "
                  "point; leave out the signs between thousands"));
     }

@@ -16,7 +16,7 @@ namespace pendula::sysid {
 /// the file ends inside an element, Interrupted.
 std::uintmax_t unpacked_size(const std::string& path);
 
-/// While it lives, this process can have so many bytes more than it has: beyond, malloc gives none.
+/// While it lives, this process can allocate so many bytes more: beyond that malloc fails.
 class MemoryLimit {
  public:
   explicit MemoryLimit(std::uintmax_t more);

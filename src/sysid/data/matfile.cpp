@@ -295,7 +295,7 @@ NamedMatrices read_matrices(const std::string& path) {
   } catch (const Error& e) {
     throw Error(text(path, ": ", e.what()));
   } catch (const ChildEnded&) {
-    throw Error(text(path, ": libmatio breaks down where it reads it: it is damaged"));
+    throw Error(text(path, ": libmatio crashes while reading it: the file is damaged"));
   } catch (const Failure& e) {
     throw Failure(text(path, ": ", e.what()));
   } catch (const std::bad_alloc&) {

@@ -298,7 +298,8 @@ std::string describe(const GreyBoxFit& f) {
   for (std::size_t j = 0; j < f.fit.size(); ++j)
     out += text("  fit of ", f.output_names[j], ": ", rounded(f.fit[j], 6), " % (simulation)\n");
   if (f.grown)
-    out += "  found over growing parts of the record; over the whole of it the guess leads elsewhere\n";
+    out +=
+        "  found over growing parts of the record; over the whole record the guess leads to another minimum\n";
   if (!f.exact && !f.fit.empty() && *std::min_element(f.fit.begin(), f.fit.end()) < 50)
     out +=
         "  a fit below 50 %: another minimum, or a model that does not describe the data; try another guess = { … }\n";

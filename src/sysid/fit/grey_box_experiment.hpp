@@ -17,8 +17,8 @@ class Experiment {
   void shorten(double share);
   /// Does sample k of the data belong to this experiment, and count?
   bool covers(Index k) const { return k >= first_ && k < first_ + static_cast<Index>(times_.size()); }
-  /// States whose initial values the start leaves open, with values to begin with; throws what init says if
-  /// that is not what is wrong with it.
+  /// States whose initial values the start leaves undetermined, with values to begin with. Where init fails
+  /// for another reason, its error is thrown on.
   dae::LeafValues open_values(const Vec& theta) const;
   /// Simulates at θ: the rows of this experiment in values (N×ny), and the gradient of all samples of output
   /// j in rows j N … . Throws Failure when the model cannot be integrated at θ.

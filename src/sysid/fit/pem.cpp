@@ -267,7 +267,7 @@ struct Attempt {
   bool known;    ///< reached a minimum found from another start
 };
 
-/// "a minimum (slope 2e-10), from the start of Steiglitz and McBride; 2 other starts lead there".
+/// "a minimum (slope 2e-10), from the start of Steiglitz and McBride; 2 other starts converge to it".
 std::string verdict(const PolyModel& m, const Minimum& best, const std::vector<Attempt>& attempts) {
   if (m.exact) return "the errors are rounding errors only";
   std::string out = !m.search.warnings.empty()
@@ -290,7 +290,8 @@ std::string verdict(const PolyModel& m, const Minimum& best, const std::vector<A
     }
   }
   if (from) out += ", from the start: " + from->start;
-  if (same > 0) out += text("; ", same, same == 1 ? " other start leads" : " other starts lead", " there");
+  if (same > 0)
+    out += text("; ", same, same == 1 ? " other start converges" : " other starts converge", " to it");
   if (!higher.empty()) out += text("; higher from ", join(higher, ", "));
   return out;
 }

@@ -36,8 +36,8 @@ PolyModel pem(const IdData& d, Index output, const Orders& orders, const std::st
               const PemOptions& options, const Density& density) {
   if (density.kind == Density::Kind::uniform || density.kind == Density::Kind::exponential)
     throw Error(text(
-        "this noise leaves a set or a corner of parameters, which is found for models that are linear in θ "
-        "only: arx, fir, lsq, p:fit of a linear predictor"));
+        "with this noise the estimate is a set of parameters or a corner of it, computed only for models that are "
+        "linear in θ: arx, fir, lsq, p:fit of a linear predictor"));
   if (const std::string gaps = missing_text(d); !gaps.empty())
     throw Error(text(gaps, "; a density of the noise needs every sample: d:fill(), or d:slice(…)"));
   PolyModel m = pem(d, output, orders, kind, options);

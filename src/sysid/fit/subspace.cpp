@@ -214,8 +214,8 @@ IdModel subspace(const IdData& given, const SubspaceOptions& o) {
   const Hankel h = hankel(d, m.horizon);
   if (!(h.R23().norm() > 1e-9 * h.y_size()))
     throw Error(text("the data do not determine a model of order ", std::max(1, o.order),
-                     ": the past adds nothing to what the inputs say about the "
-                     "outputs; excite the input, or take fir"));
+                     ": past samples do not improve the prediction of the "
+                     "outputs by the inputs; excite the input, or take fir"));
   const bool exact = h.R33().norm() <= 1e-9 * h.y_size();
   if (exact && m.weighting == "CVA") m.weighting = "MOESP";  // without noise there is no weighting
   const Decomposed part = decompose(h, m.weighting);

@@ -132,7 +132,7 @@ std::string numbers(const PolyModel& m) {
   std::string out;
   if (m.exact) {
     out += text("  the data are reproduced exactly (to rounding) on ", m.quality.rows,
-                " rows; loss, FPE and AIC say nothing then\n");
+                " rows; loss, FPE and AIC are rounding errors then\n");
   } else {
     const Criteria& q = m.quality;
     out += text("  loss V = ", rounded(q.loss, 8), ", FPE = ", number_or(q.fpe, 8, "–"),

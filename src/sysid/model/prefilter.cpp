@@ -42,8 +42,8 @@ std::vector<FilterSection> butterworth(double low, double high, int order, doubl
   if (!(low >= 0 && low < high))
     throw Error(text("w = { low, high } needs 0 ≤ low < high, got ", shortest(low), " and ", shortest(high)));
   if (low >= nyquist || (low == 0 && high >= nyquist))
-    throw Error(text("a filter of all or nothing: frequencies end at π/Ts = ", rounded(nyquist, 6),
-                     " rad/s; w is in rad/s"));
+    throw Error(text("this filter passes all frequencies or none: data contain those up to π/Ts = ",
+                     rounded(nyquist, 6), " rad/s; w is in rad/s"));
   std::vector<FilterSection> out;
   if (low > 0) append(out, std::tan(low * Ts / 2), order, false);
   if (high < nyquist) append(out, std::tan(high * Ts / 2), order, true);

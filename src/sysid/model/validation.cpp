@@ -224,7 +224,7 @@ std::string describe(const Validation& v) {
                 v.u_names[i], ": ", v.cross_outside[i], " of ", v.lags + 1, " correlations outside ±",
                 rounded(v.cross_bound[i], 3), strongest(v, i), "\n");
   if (!v.white)
-    out += text("  what is left has structure: raise ",
+    out += text("  structure is left in the residuals: raise ",
                 v.state_space ? "the order\n" : "nc, nd (or na), or use bj\n");
   if (!v.independent)
     out += text("  the input explains more than the model uses: raise ",

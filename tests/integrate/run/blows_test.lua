@@ -110,7 +110,7 @@ test("three and four bodies that meet at one moment: none passes another, moment
 end)
 
 test("an impact through contacts with a law and without is not shared by a guess", function()
-  local said = "an impact goes on through the contact X₃ . X₂, for which an event names a law, while another"
+  local said = "an impact propagates through the contact X₃ . X₂, for which an event names a law, while another"
   expect(cradle { n = 3, x = { -1, 0, 0 }, contact = true, law = { [2] = true } } .status):matches(said)
   -- none behind the blow: plastic there, and plastic everywhere
   local sol, X = cradle { n = 3, x = { -1, 0, 0 }, contact = true, law = { true }, to = 2.5 }

@@ -31,10 +31,7 @@ local function check(p, model, at, method, direct)
   end
 end
 
-local implicit = {}
-for _, family in ipairs(method_families()) do
-  if family.listed and not family.explicit then implicit[#implicit + 1] = family.name end
-end
+local implicit = dofile "tests/families.lua".implicit
 
 local count = 0
 for _, p in ipairs(problems.list()) do

@@ -1,6 +1,7 @@
 -- Steps see what happens between their stages: pulses, poles, oscillations that become faster, roots.
+local families = dofile "tests/families.lua"
 local x, y = vars "x y"
-local implicit = { "radau", "rodas", "bdf", "gauss" }
+local implicit = families.implicit
 local pairs_of_methods = { "auto", "dopri5", "tsit5", "dop853", "verner76", "verner87" }
 
 -- The largest error over methods and tolerances, in tolerances; a run that stops has said so.

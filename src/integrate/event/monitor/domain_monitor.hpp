@@ -9,8 +9,8 @@
 // residual without limit, such as cos(1/x), ends the run, too: its changes neither fade nor keep their sign.
 //
 // Where the equations are bounded and their derivatives are not, as of sin(a/b) where a and b
-// vanish together, the run goes on, but solutions that were closer than every tolerance may part
-// from each other behind the zero.
+// vanish together, the run continues, but solutions that were closer than every tolerance may
+// diverge from each other behind the zero.
 #pragma once
 
 #include <optional>

@@ -53,15 +53,15 @@ class Monitor {
   virtual ~Monitor() = default;
   /// The run begins at a point.
   virtual void start(const Point& point) = 0;
-  /// The solution or the equations have jumped: values from before say nothing about what follows. problem:
+  /// The solution or the equations have jumped: earlier values are invalid. problem:
   /// in the modes of its branches that are in force now.
   virtual void restart(const ProblemPtr& problem) = 0;
   /// After every accepted step.
   virtual std::optional<Stop> after(const MonitoredStep& step) = 0;
 };
 
-/// The point a few roundings of t later, x along x′. An expression that changes its sign up to there is 0 at
-/// a time that cannot be told from t.
+/// The point a few roundings of t later, x along x′. The root of an expression that changes its sign up to
+/// there cannot be distinguished from t.
 Point a_moment_after(const Point& point);
 
 }  // namespace pendula::integrate

@@ -2,8 +2,8 @@
 //
 // An error estimate knows the equations at the stages. Where an exponent has a maximum inside a step, or a
 // divisor a least value, far from its values at both ends, the equations may hold a pulse that no stage has
-// seen, and the run would finish without it. Functions of t alone are looked at before a run
-// (event/pulses.hpp); here are those of the solution.
+// seen, and the run would finish without it. Functions of t alone are sampled before a run
+// (event/pulses.hpp); this monitor treats functions of the solution.
 #pragma once
 
 #include <memory>
@@ -25,8 +25,8 @@ class PeakMonitor {
 
   /// The run begins at a point, or has jumped to it. problem: with its branches, as it is integrated now.
   void restart(const ProblemPtr& problem, const Point& point);
-  /// After every accepted step: by how many tolerances the solution is off because it has jumped over a peak;
-  /// 0 where it has not, or hardly. Then it has to be made again in shorter ones, unless
+  /// After every accepted step: the error, in tolerances, because the step has jumped over a peak; 0 where it
+  /// has not, or the error is admissible. Otherwise the step is repeated in shorter ones, unless
   /// has_reached_limit(). Cost: where there is one, some 30 evaluations of exponents and two of x′.
   double missed_peak_error(const ProblemPtr& problem, const Point& from, const Point& to);
   /// More than a quarter of the steps were made again: peaks without end. They count as errors then.
@@ -80,7 +80,7 @@ class PeakMonitor {
   Sample last_{0, {}}, next_{1, {}};  ///< at the ends of the last step
   Sample middles_[deepest];
   Sample low_, behind_, middle_;  ///< of a search
-  double dt_ = 0;                 ///< of the step that is looked at
+  double dt_ = 0;                 ///< of the step under inspection
   int searched_ = 0;
   Stats ignored_;
   std::unique_ptr<RhsSolver> rhs_;

@@ -31,7 +31,7 @@ class RankMonitor : public Monitor {
     const bool due = !parts_.empty() && (--wait_ <= 0 || step.here.t >= due_ || step.last);
     return due ? inspect(step) : std::nullopt;
   }
-  /// After a failure: what has almost lost its rank at this point; "" if nothing has.
+  /// After a failure: the block that has almost lost its rank at this point; "" if none has.
   std::string almost_lost(const Point& point);
 
  private:

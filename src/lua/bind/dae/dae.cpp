@@ -113,7 +113,7 @@ static dae::IndexResult index_with_warnings(Call& call) {
   if (start) require_regular_at(model_ptr(call), start);
   if (known.is_unconfirmed && !start)
     throw Failure(
-        text("no values that satisfy the equations were found. If there are some, the structure says index ",
+        text("no values that satisfy the equations were found. If some exist, the structural index is ",
              known.index, ", ", counted(static_cast<std::size_t>(known.dof), "free initial value"),
              "; start = sys:init{ guess = { … } } looks for them near yours, and sys:index(start), "
              "sys:dof(start) take what it finds"));

@@ -98,7 +98,7 @@ int c2d(Call& call) {
     throw Error(text("prewarp is for method \"tustin\", not for \"", method, "\""));
   const Expr Ts = to_expr(call.L, 2, "Ts");
   if (prewarp > 0 && !(prewarp * lti::number(Ts) < std::numbers::pi))
-    throw Error(text("option 'prewarp': samples know the frequencies below π/Ts = ",
+    throw Error(text("option 'prewarp': samples contain only frequencies below π/Ts = ",
                      rounded(std::numbers::pi / lti::number(Ts), 6), " rad/s, got ", rounded(prewarp, 6)));
   return push_system(call, lti::c2d(g, Ts, method, prewarp));
 }

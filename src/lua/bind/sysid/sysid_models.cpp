@@ -236,88 +236,41 @@ int pem(Call& call) {
 
 int model_text(Call& call) { return call.push(sysid::describe(idmodel_of(call))); }
 
-const OptionTable arx_options = {
-    {"na", "integer or list", "", "past outputs: coefficients of A(q)"},
-    {"nb", "integer or list", "", "past inputs: coefficients of B(q), one number per input"},
-    {"nk", "integer or list", "1", "delay of the inputs, in samples"},
-    {"ic", "string", "\"drop\"", "what happens before the first sample", "drop|zero|estimate"},
-    {"noise", "density or function", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
-    {"kernel", "string", "", "regularised: impulse responses smooth and decaying", "TC|DC"},
-    {"weights", "column", "", "1/variance of each row"},
-    {"covariance", "matrix", "", "of the noise"},
-    {"start", "column or string", "", "θ to begin with; else linear estimates"},
-};
+// ── options: the orders, and what the estimators share ──
 
-const OptionTable iv4_options = {
-    {"na", "integer or list", "", "past outputs: coefficients of A(q)"},
-    {"nb", "integer or list", "", "past inputs: coefficients of B(q), one number per input"},
-    {"nk", "integer or list", "1", "delay of the inputs, in samples"},
-};
+const OptionRow na_row{"na", "integer or list", "", "past outputs: coefficients of A(q)"};
+const OptionRow nb_row{"nb", "integer or list", "",
+                       "past inputs: coefficients of B(q), one number per input"};
+const OptionRow nc_row{"nc", "integer", "", "coefficients of C(q), the colour of the noise"};
+const OptionRow nd_row{"nd", "integer", "", "coefficients of D(q), the poles of the noise"};
+const OptionRow nf_row{"nf", "integer or list", "", "coefficients of F(q), the poles of the inputs"};
+const OptionRow nk_row{"nk", "integer or list", "1", "delay of the inputs, in samples"};
+const OptionRow ic_regression_row{"ic", "string", "\"drop\"", "what happens before the first sample",
+                                  "drop|zero|estimate"};
+const OptionRow ic_filter_row{"ic", "string", "\"estimate\"", "what happens before the first sample",
+                              "drop|zero|estimate"};
+const OptionRow noise_row{"noise", "density or function", "",
+                          "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"};
+const OptionRow kernel_row{"kernel", "string", "", "regularised: impulse responses smooth and decaying",
+                           "TC|DC"};
+const OptionRow weights_row{"weights", "column", "", "1/variance of each row"};
+const OptionRow covariance_row{"covariance", "matrix", "", "of the noise"};
+const OptionRow start_row{"start", "column or string", "", "θ to begin with; else linear estimates"};
+const OptionRow iterations_row{"iterations", "integer", "", "most steps of Gauss-Newton"};
 
-const OptionTable fir_options = {
-    {"nb", "integer or list", "", "past inputs: coefficients of B(q), one number per input"},
-    {"nk", "integer or list", "1", "delay of the inputs, in samples"},
-    {"ic", "string", "\"drop\"", "what happens before the first sample", "drop|zero|estimate"},
-    {"noise", "density or function", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
-    {"kernel", "string", "", "regularised: impulse responses smooth and decaying", "TC|DC"},
-    {"weights", "column", "", "1/variance of each row"},
-    {"covariance", "matrix", "", "of the noise"},
-    {"start", "column or string", "", "θ to begin with; else linear estimates"},
-};
-
-const OptionTable regressor_options = {
-    {"na", "integer or list", "", "past outputs: coefficients of A(q)"},
-    {"nb", "integer or list", "", "past inputs: coefficients of B(q), one number per input"},
-    {"nk", "integer or list", "1", "delay of the inputs, in samples"},
-    {"ic", "string", "\"drop\"", "what happens before the first sample", "drop|zero|estimate"},
-    {"start", "column or string", "", "θ to begin with; else linear estimates"},
-};
-
-const OptionTable armax_options = {
-    {"na", "integer or list", "", "past outputs: coefficients of A(q)"},
-    {"nb", "integer or list", "", "past inputs: coefficients of B(q), one number per input"},
-    {"nc", "integer", "", "coefficients of C(q), the colour of the noise"},
-    {"nk", "integer or list", "1", "delay of the inputs, in samples"},
-    {"ic", "string", "\"estimate\"", "what happens before the first sample", "drop|zero|estimate"},
-    {"start", "column or string", "", "θ to begin with; else linear estimates"},
-    {"iterations", "integer", "", "most steps of Gauss-Newton"},
-    {"noise", "density or function", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
-};
-
-const OptionTable oe_options = {
-    {"nb", "integer or list", "", "past inputs: coefficients of B(q), one number per input"},
-    {"nf", "integer or list", "", "coefficients of F(q), the poles of the inputs"},
-    {"nk", "integer or list", "1", "delay of the inputs, in samples"},
-    {"ic", "string", "\"estimate\"", "what happens before the first sample", "drop|zero|estimate"},
-    {"start", "column or string", "", "θ to begin with; else linear estimates"},
-    {"iterations", "integer", "", "most steps of Gauss-Newton"},
-    {"noise", "density or function", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
-};
-
-const OptionTable bj_options = {
-    {"nb", "integer or list", "", "past inputs: coefficients of B(q), one number per input"},
-    {"nc", "integer", "", "coefficients of C(q), the colour of the noise"},
-    {"nd", "integer", "", "coefficients of D(q), the poles of the noise"},
-    {"nf", "integer or list", "", "coefficients of F(q), the poles of the inputs"},
-    {"nk", "integer or list", "1", "delay of the inputs, in samples"},
-    {"ic", "string", "\"estimate\"", "what happens before the first sample", "drop|zero|estimate"},
-    {"start", "column or string", "", "θ to begin with; else linear estimates"},
-    {"iterations", "integer", "", "most steps of Gauss-Newton"},
-    {"noise", "density or function", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
-};
-
-const OptionTable pem_options = {
-    {"na", "integer or list", "", "past outputs: coefficients of A(q)"},
-    {"nb", "integer or list", "", "past inputs: coefficients of B(q), one number per input"},
-    {"nc", "integer", "", "coefficients of C(q), the colour of the noise"},
-    {"nd", "integer", "", "coefficients of D(q), the poles of the noise"},
-    {"nf", "integer or list", "", "coefficients of F(q), the poles of the inputs"},
-    {"nk", "integer or list", "1", "delay of the inputs, in samples"},
-    {"ic", "string", "\"estimate\"", "what happens before the first sample", "drop|zero|estimate"},
-    {"start", "column or string", "", "θ to begin with; else linear estimates"},
-    {"iterations", "integer", "", "most steps of Gauss-Newton"},
-    {"noise", "density or function", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
-};
+const OptionTable arx_options{na_row,     nb_row,      nk_row,         ic_regression_row, noise_row,
+                              kernel_row, weights_row, covariance_row, start_row};
+const OptionTable iv4_options{na_row, nb_row, nk_row};
+const OptionTable fir_options{nb_row,     nk_row,      ic_regression_row, noise_row,
+                              kernel_row, weights_row, covariance_row,    start_row};
+const OptionTable regressor_options{na_row, nb_row, nk_row, ic_regression_row, start_row};
+const OptionTable armax_options{na_row,        nb_row,    nc_row,         nk_row,
+                                ic_filter_row, start_row, iterations_row, noise_row};
+const OptionTable oe_options{nb_row, nf_row, nk_row, ic_filter_row, start_row, iterations_row, noise_row};
+const OptionTable bj_options{nb_row,        nc_row,    nd_row,         nf_row,   nk_row,
+                             ic_filter_row, start_row, iterations_row, noise_row};
+const OptionTable pem_options{na_row, nb_row,        nc_row,    nd_row,         nf_row,
+                              nk_row, ic_filter_row, start_row, iterations_row, noise_row};
 
 }  // namespace
 

@@ -28,7 +28,7 @@ struct Mode {
 const OptionTable mode_options = {
     {"3", "integer or string", "1", "the horizon, or what is computed", "prediction|simulation"},
     {"horizon", "integer or string", "1", "steps ahead, or \"simulation\"", "prediction|simulation"},
-    {"ic", "string", "", "what stands before the first sample", "data|zero|estimate"},
+    {"ic", "string", "", "what is assumed before the first sample", "data|zero|estimate"},
     {"init", "string", "", "the name of ic in earlier versions", "data|zero|estimate"},
 };
 
@@ -132,7 +132,7 @@ extern const Module idmodel_predict_module = {
     "",
     {
         {"idmodel:predict", predict, "mod:predict(d [, horizon | { horizon = 1, ic = }]) -> column",
-         R"(ŷ(t|t-horizon) at every sample. ic says what stands before the first sample: "data" takes the
+         R"(ŷ(t|t-horizon) at every sample. ic is what is assumed before the first sample: "data" takes the
             first measured outputs as they are, "zero" starts from rest (zero initial conditions), "estimate"
             fits the initial state.)",
          R"(

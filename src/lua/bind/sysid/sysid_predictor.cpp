@@ -147,7 +147,7 @@ sysid::PolyModel numeric(Call& call, const IdData& d) {
 
 const OptionTable response_options = {
     {"horizon", "integer", "", "steps ahead; 0: simulation"},
-    {"ic", "string", "\"zero\"", "what stands before the first sample", "data|zero|estimate"},
+    {"ic", "string", "\"zero\"", "what is assumed before the first sample", "data|zero|estimate"},
     {"init", "string", "", "the name of ic in earlier versions", "data|zero|estimate"},
 };
 
