@@ -62,6 +62,7 @@ for _, file in ipairs(source.files("src stdlib scripts tests bench docs cmake de
   end
 end
 for file, text in pairs(pages) do citations.check_paths(file, text, exists) end
+if pages["docs/derivations.md"] then citations.check_derivations(pages["docs/derivations.md"]) end
 if pages["docs/architecture.md"] then
   citations.check_names("docs/architecture.md", pages["docs/architecture.md"], words)
 end

@@ -31,7 +31,8 @@ dae::ModelPtr lagrange(const Lagrangian& system);
 /// q′, or the derivative of that order, of a column of variables.
 VecX dot(const VecX& q, int order = 1);
 
-/// Virtual work: Q = Σ (∂p/∂q)ᵀ F over pairs of a point p(q) and a force F at that point.
+/// Virtual work: Q = Σ (∂p/∂q)ᵀ F over pairs of a point p(q) and a force F at that point
+/// (docs/derivations.md#virtual-work).
 /// shapes    p and F of equal size; result ∈ ℝⁿ
 VecX generalized_force(const VecX& q, const std::vector<std::pair<VecX, VecX>>& forces);
 

@@ -1,4 +1,5 @@
-// Explicit Runge-Kutta methods with many stages whose stability region is long along the negative real axis.
+// Explicit Runge-Kutta methods with many stages whose stability region is long along the negative real axis:
+// docs/derivations.md#chebyshev.
 #pragma once
 
 #include <vector>

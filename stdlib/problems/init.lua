@@ -25,7 +25,7 @@
 --     end,
 --   }
 --
--- Nothing of it is loaded before it is asked for.
+-- Nothing of it is loaded before it is asked for. How the figures were found: docs/derivations.md#problems.
 local subjects = {
   { folder = "lecture",
     "exam_3d", "sphere_chain", "nilpotent", "cstr", "spherical_pendulum", "cart_pendulum", "delta_robot" },

@@ -1,4 +1,5 @@
--- What is cited exists: sections of docs/, files named in docs/, functions named in docs/architecture.md.
+-- What is cited exists, and every derivation is cited: sections of docs/, files named in docs/, functions
+-- named in docs/architecture.md.
 -- Nothing outside of the repository is cited but books and papers.
 local source, findings = require "source", require "findings"
 local report, lines = findings.report, source.lines
@@ -24,9 +25,16 @@ local function anchors_of(page)
   return pages[page]
 end
 
+local cited = {}                                             -- sections of docs/derivations.md
+
 --- docs/page.md and docs/page.md#section in any text.
 function citations.check_sections(file, text)
   if file:find "^tests/tidy" then return end
+  if file:find "^src/" or file:find "^stdlib/" then
+    for list in text:gmatch "derivations%.md(#[%w-]+[^\n]*)" do
+      for section in list:gmatch "#([%w-]+)" do cited[section] = true end
+    end
+  end
   for number, line in lines(text) do
     if line:find("docs/", 1, true) then
       for page, rest in line:gmatch "%f[%w](docs/[%w_/-]+%.md)([^%s%)%]},;\"'`]*)" do
@@ -38,6 +46,17 @@ function citations.check_sections(file, text)
           report(file, number, page .. " has no anchor #" .. anchor)
         end
       end
+    end
+  end
+end
+
+--- Every derivation has a source that relies on it. To be called after all check_sections().
+function citations.check_derivations(text)
+  for number, line in lines(text) do
+    local title = line:match "^## (.-)%s*$"
+    local anchor = title and title:lower():gsub(" ", "-")
+    if title and not cited[anchor] then
+      report("docs/derivations.md", number, "no source cites this section, " .. anchor)
     end
   end
 end

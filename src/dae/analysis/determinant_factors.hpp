@@ -2,7 +2,8 @@
 //
 // Offsets, degrees of freedom and the bound on the index are right where the system Jacobian J is regular
 // (Pryce 2001, Thm 4.2). det J is the product of the determinants of its blocks; what remains of it after
-// constants, exponentials and sums of squares have been left out must not vanish.
+// constants, exponentials and sums of squares have been left out must not vanish:
+// docs/derivations.md#validity.
 #pragma once
 
 #include <optional>

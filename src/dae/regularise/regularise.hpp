@@ -4,9 +4,9 @@
 // its structure, parameter values, or on the solutions, this folder looks for equivalent equations with a
 // regular J: elimination.hpp takes out leading derivatives that cancel, null_vectors.hpp finds dependent rows
 // and columns of J, linear_combination.cpp and substitution.cpp convert the equations with their null
-// vectors, and this header applies all of them until J is regular. Callers: index (the bound that such
-// equations give), reduce and start (which need a regular structure), singular (where the conversion divides
-// by something that can vanish).
+// vectors (docs/derivations.md#conversion), and this header applies all of them until J is regular. Callers:
+// index (the bound that such equations give), reduce and start (which need a regular structure),
+// singular (where the conversion divides by something that can vanish).
 //
 // Tried in this order, the structure computed again after each step:
 //   1. derivatives that cancel within an equation are taken out, constant rows eliminated (elimination.hpp);

@@ -4,7 +4,7 @@
 //   e(t + τ) = Σ e_k τᵏ,   (a b)_k = Σ a_i b_{k-i},   r = φ(a):  k r_k = Σ i a_i φ′(a)_{k-i}  (i = 1 … k)
 //
 // The coefficients of all operations are nodes of the graph, shared by those of higher order: O(k²) nodes for
-// every operation. See Griewank & Walther, Evaluating Derivatives, 2nd ed., 2008, §13.
+// every operation. See docs/derivations.md#taylor.
 #pragma once
 
 #include <unordered_map>

@@ -4,7 +4,7 @@
 // Rows are matched with columns (a path that augments a matching: Duff, ACM TOMS 7, 1981), then both are
 // numbered along the graph (Cuthill & McKee 1969, from a point far out: Gibbs, Poole & Stockmeyer, SIAM J.
 // Numer. Anal. 13, 1976, §2). Elimination pivots rows within the band (Golub & Van Loan, Matrix Computations,
-// 4th ed., §4.3.3).
+// 4th ed., §4.3.3). docs/derivations.md#direct-solvers.
 #pragma once
 
 #include <complex>

@@ -5,8 +5,8 @@
 
 namespace pendula::integrate {
 
-/// Cubic Hermite interpolation of x and its slope x′, at a share of the step; z linear. HNW §II.6, (6.7).
-/// Requires to.t ≠ from.t.
+/// Cubic Hermite interpolation of x and its slope x′, at a share of the step; z linear:
+/// docs/derivations.md#dense-output. Requires to.t ≠ from.t.
 void hermite(const Point& from, const Point& to, double share, Point& out);
 
 }  // namespace pendula::integrate

@@ -1,5 +1,5 @@
 // Rosenbrock methods with step size control: linearly implicit, no iterations. For M x′ = f(t, x, z) with a
-// constant M, singular or not: ODE and semi-explicit models of index 1.
+// constant M, singular or not: ODE and semi-explicit models of index 1 (docs/derivations.md#rosenbrock).
 //
 // In terms of F(t, x, x′, z) = M x′ - f the stages of rosenbrock.hpp read
 //

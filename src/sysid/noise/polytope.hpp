@@ -5,7 +5,7 @@
 // constraint that no vertex violates is redundant for good. Bounds are relaxed by distinct amounts of
 // relative size 1e-10 while the structure is found, so that every vertex lies on exactly d constraints; the
 // vertices themselves are then solved from the true bounds, and exactly, in rational numbers, where the data
-// are rational. docs/derivations.md#double-description.
+// are rational. docs/derivations.md#uniform-noise and #double-description.
 #pragma once
 
 #include <optional>
