@@ -21,7 +21,7 @@ std::string answer_text(int index, int dof) {
 
 namespace {
 
-constexpr double rounding = 64 * 2.2e-16;
+constexpr double rounding = 64 * 2.2e-16;  // of the result of some dozens of operations, relative
 
 /// Is v the rounding error of a difference? The difference of two close doubles is a small multiple of their
 /// last bit: 100·1.1 - 110 = 2⁻⁴⁶. Other results use all bits; one in 2⁴³ of them looks like this by chance.

@@ -84,7 +84,7 @@ class RankInOwnUnits {
         moved[j] *= 1 + ((j * k / 3) % 2 == 0 ? last_digits : -last_digits);
       noise_ = noise_.cwiseMax((matrix(moved) - value_).cwiseAbs());
     }
-    constexpr double clear = 10;
+    constexpr double clear = 10;  // times the noise
     value_ = (value_.array().abs() > clear * noise_.array()).select(value_, 0);
   }
 
@@ -94,7 +94,7 @@ class RankInOwnUnits {
       for (Eigen::Index i = 0; i < value_.rows(); ++i) divide(value_.row(i), noise_.row(i));
       for (Eigen::Index j = 0; j < value_.cols(); ++j) divide(value_.col(j), noise_.col(j));
     }
-    constexpr double clear = 10;
+    constexpr double clear = 10;  // times the noise
     const Vec s = Eigen::JacobiSVD<Mat>(value_).singularValues();
     const double least = clear * (noise_.norm() + std::numeric_limits<double>::epsilon() * s[0]);
     return static_cast<int>((s.array() > least).count());

@@ -282,7 +282,7 @@ class ClassedElimination {
   }
 
   void subtract(Index p, Index i, Index column) {
-    constexpr double rounding = 1e-11;
+    constexpr double rounding = 1e-11;  // relative to the terms that cancel
     auto& row = rows_[at(i)];
     const auto& pivot = rows_[at(p)];
     const double factor = row.at(column) / pivot.at(column);

@@ -89,7 +89,8 @@ void AdaptiveState::go_on(const Point& before) {
 }
 
 bool AdaptiveState::jumps(const Point& before, const Point& after) const {
-  constexpr double tolerances_of_z = 10, share_of_slope = 1e-3, slopes = 1e-6;
+  constexpr double tolerances_of_z = 10;  // the errors of z on both sides, some tolerances each
+  constexpr double share_of_slope = 1e-3, slopes = 1e-6;  // relative to x′, and to the largest of all x′
   const Tolerances& tol = plan.tolerances;
   for (Eigen::Index i = 0, n = before.x.size(); i < before.z.size(); ++i) {
     const double size = std::max(std::fabs(before.z[i]), std::fabs(after.z[i]));

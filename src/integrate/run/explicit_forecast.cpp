@@ -18,7 +18,7 @@ void ExplicitForecast::begin(const Progress& now, double accurate, long apart) {
 }
 
 void ExplicitForecast::step(double dt) {
-  constexpr double grown = 1.2;
+  constexpr double grown = 1.2;  // steps that differ by less have one size
   if (dt <= grown * longest_) return;
   longest_ = dt;
   has_grown_ = true;
@@ -49,7 +49,7 @@ std::optional<double> ExplicitForecast::radius_at(const ProblemPtr& problem, con
 }
 
 void ExplicitForecast::measure(const ProblemPtr& problem, const Point& here, const Progress& now) {
-  constexpr double hopeless = 4;
+  constexpr double hopeless = 4;  // times the work of the implicit steps
   constexpr long long_stretch = 64, seldom = 32;
   const long steps = now.steps - last_.steps;
   const double elapsed = here.t - t_, work = now.work - last_.work;

@@ -401,7 +401,7 @@ Choice choose(const ProblemPtr& whole, const Method& method, const Plan& plan, c
     if (swings_fast(*here, span, size))
       return {&implicit, nullptr, "oscillations far faster than the interval is long, which may be at rest"};
   }
-  constexpr double oscillations = 300;
+  constexpr double oscillations = 300;  // in radians over the interval, some fifty periods
   if (problem->has_dense_jacobian() && method.explicit_choice.back() && here->fastest * span > oscillations &&
       rtol > 1e-11)
     return {&family::explicit_pair, method.explicit_choice.back(),

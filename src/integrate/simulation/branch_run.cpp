@@ -245,7 +245,7 @@ class BranchRun {
         worst = std::max(worst, std::fabs(values.at(leaf) - expected.at(leaf)) / approach_.size_of(leaf));
       miss.push_back(worst);
     }
-    constexpr double visible = 1e-2;
+    constexpr double visible = 1e-2;  // of the size of an unknown
     if (miss.size() == 1 && miss[0] > visible) {
       why = "the continuation that was found, with " + approach_.continuations()[0].text + ", is not smooth";
       return {};

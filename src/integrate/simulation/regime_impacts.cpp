@@ -245,7 +245,7 @@ bool RegimeImpacts::is_thrown_back(int which, const Values& before, const Values
 
 Expr RegimeImpacts::law_sharing_impulse(const dae::RegimeStart& start, const dae::StartRequest& request,
                                         const dae::Sizes& sizes) const {
-  constexpr double parallel = 1e-9;
+  constexpr double parallel = 1e-9;  // 1 - cos of the angle: some 10⁻⁵ rad
   const std::vector<Expr> states = model_->states();
   const Values at = dae::values_before(*start.regime->model, request);
   const auto law_of = [&](Expr gap) {

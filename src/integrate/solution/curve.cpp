@@ -211,7 +211,7 @@ class Refinement {
     if (depth == 0 || !(b.t > a.t)) return;
     // With few points every piece is refined, since the curve may turn between neighbours.
     if (many_saved() && is_finite(a.values) && is_finite(b.values) && sheet.length(a, b) < one_pixel) return;
-    constexpr double first = 0.31, second = 0.64;
+    constexpr double first = 0.31, second = 0.64;  // no simple fractions, which a period could repeat
     const auto p = at(a.t + first * (b.t - a.t)), q = at(a.t + second * (b.t - a.t));
     if (!p || !q) return;
     const bool straight = sheet.on_chord(a, b, *p, first) && sheet.on_chord(a, b, *q, second);

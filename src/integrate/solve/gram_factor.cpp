@@ -99,7 +99,7 @@ bool GramFactor::factorise(const double* given) {
   for (std::size_t k = 0; k < positions_.size(); ++k) scaled_[k] = given[k] * scale_[positions_[k].row];
   std::fill(values_.begin(), values_.end(), 0.0);
   for (const Pair& p : pairs_) values_[p.slot] += scaled_[p.a] * scaled_[p.b];
-  constexpr double rounding = 1e-16;
+  constexpr double rounding = 1e-16;  // of a diagonal entry, which is 1 after scaling
   bool regular = true;
   double* v = values_.data();
   double* off = v + rows_;

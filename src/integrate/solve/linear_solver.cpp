@@ -177,7 +177,7 @@ struct LinearSolver<Scalar>::Sparse {
     for (const Scalar& v : values)
       if (!std::isfinite(size_of_entry(v))) return false;
     int *ap = column_start.data(), *ai = row.data();
-    constexpr double harmless_growth = 1e-6;
+    constexpr double harmless_growth = 1e-6;  // KLU's reciprocal pivot growth: six digits lost
     if (numeric && klu_again(values.data(), ap, ai, symbolic, numeric, &common) && common.status == KLU_OK &&
         common.rgrowth > harmless_growth)
       return true;

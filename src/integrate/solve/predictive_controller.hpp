@@ -10,7 +10,7 @@
 namespace pendula::integrate {
 
 struct PredictiveController {
-  static constexpr double safety = 0.9;
+  static constexpr double safety = 0.9;  ///< Hairer & Wanner, §IV.8
 
   bool first = true;         ///< no step has been accepted since the start
   bool repeated = false;     ///< the last attempt was rejected

@@ -90,7 +90,8 @@ double IncrementCheck::scale_of(const Row& row, std::span<const double> scale,
 
 bool IncrementCheck::plausible(double dt, std::span<const double> scale,
                                std::span<const double> entries) const {
-  constexpr double weights = 2, visible = 10;
+  constexpr double visible = 10;  // tolerances: more than the errors of some steps
+  constexpr double weights = 2;   // M x′ of the increments may be up to twice what the equations give
   for (std::size_t i = 0; i < rows_.size(); ++i)
     if (slopes_[i] > weights * values_[i] && dt * slopes_[i] > visible * scale_of(rows_[i], scale, entries))
       return false;

@@ -35,7 +35,7 @@ void PulseWatch::include(const double* z) {
 }
 
 bool PulseWatch::is_due(const std::vector<double>& scale) const {
-  constexpr double quarter = 0.25, visible = 100;
+  constexpr double quarter = 0.25, visible = 100;  // of the range; tolerances
   for (std::size_t k = 0; k < in_step_.size(); ++k) {
     if (ranges_[k].width() == 0 && in_step_[k].width() > visible * scale[n_ + k]) return true;
     const double again =

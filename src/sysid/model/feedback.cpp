@@ -51,7 +51,7 @@ std::string later_inputs_text(const Validation& v) {
 }
 
 std::string feedback_in(const IdData& d, Index output) {
-  constexpr double chance = 1e-3;
+  constexpr double chance = 1e-3;  // of a warning without feedback
   const IdData one = channel(d, output, false);
   const Index inputs = one.inputs(), parameters = order * (1 + inputs);
   if (inputs == 0 || one.experiments() > 1 || one.samples() < 10 * parameters) return "";

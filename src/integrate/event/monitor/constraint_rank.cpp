@@ -252,7 +252,7 @@ std::string ConstraintRank::dependent(const Vec& u) const {
 }
 
 std::string ConstraintRank::almost_lost(const Point& point) {
-  constexpr double almost = 0.1;
+  constexpr double almost = 0.1;  // of its value at the start
   Vec u = last_.u, w;
   return measure(point, u, w, 8) <= almost * first_ ? dependent(u) : "";
 }

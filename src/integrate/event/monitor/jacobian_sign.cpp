@@ -71,7 +71,7 @@ std::optional<Stop> JacobianSign::bisect(double end, double end_log, const Solut
 }
 
 bool JacobianSign::almost_lost(const Point& point) {
-  constexpr double almost = 0.1;
+  constexpr double almost = 0.1;  // of |det J| at the start
   double log = 0;
   return determinant(point, log) == 0 || log < first_log_ + std::log(almost);
 }
