@@ -125,10 +125,10 @@ System series(const System& second, const System& first) {
     return named(make_tf(fraction_product(to_tf(second), to_tf(first)), second.outputs, first.inputs, Ts),
                  first.input_names, second.output_names);
   const System a = to_ss(second), b = to_ss(first);
-  const MatX A = above(beside(a.ss.A, product(a.ss.B, b.ss.C)),
-                       beside(MatX(MatX::Zero(b.ss.order(), a.ss.order())), b.ss.A));
-  System h = make_ss(tidy(A), tidy(above(product(a.ss.B, b.ss.D), b.ss.B)),
-                     tidy(beside(a.ss.C, product(a.ss.D, b.ss.C))), tidy(product(a.ss.D, b.ss.D)), Ts);
+  const MatX A = vstack(hstack(a.ss.A, product(a.ss.B, b.ss.C)),
+                        hstack(MatX(MatX::Zero(b.ss.order(), a.ss.order())), b.ss.A));
+  System h = make_ss(tidy(A), tidy(vstack(product(a.ss.B, b.ss.D), b.ss.B)),
+                     tidy(hstack(a.ss.C, product(a.ss.D, b.ss.C))), tidy(product(a.ss.D, b.ss.D)), Ts);
   h.state_names = states_of_both(a, b);
   return named(std::move(h), first.input_names, second.output_names);
 }
@@ -145,7 +145,7 @@ System parallel(const System& a, const System& b) {
     return named(make_tf(std::move(list), a.outputs, a.inputs, Ts), a.input_names, a.output_names);
   }
   const System f = to_ss(a), g = to_ss(b);
-  System h = make_ss(block_diagonal(f.ss.A, g.ss.A), above(f.ss.B, g.ss.B), beside(f.ss.C, g.ss.C),
+  System h = make_ss(block_diagonal(f.ss.A, g.ss.A), vstack(f.ss.B, g.ss.B), hstack(f.ss.C, g.ss.C),
                      tidy(MatX(f.ss.D + g.ss.D)), Ts);
   h.state_names = states_of_both(f, g);
   return named(std::move(h), a.input_names, a.output_names);
@@ -164,16 +164,16 @@ System feedback(const System& g1, const System& g2, int sign) {
   // u₁ = u + s (C₂x₂ + D₂ y), y = C₁x₁ + D₁u₁:  (I - s D₂D₁) u₁ = u + s (D₂C₁ x₁ + C₂ x₂)
   const MatX E = MatX::Identity(g1.inputs, g1.inputs) - scaled(s, product(b.ss.D, a.ss.D));
   const MatX right =
-      beside(scaled(s, beside(product(b.ss.D, a.ss.C), b.ss.C)), MatX::Identity(g1.inputs, g1.inputs));
+      hstack(scaled(s, hstack(product(b.ss.D, a.ss.C), b.ss.C)), MatX::Identity(g1.inputs, g1.inputs));
   const auto u1 = solve(E, right);
   if (!u1) algebraic_loop(text("I ", sign < 0 ? "+" : "-", " D₂D₁ is singular"));
   const int n1 = a.ss.order(), n2 = b.ss.order(), n = n1 + n2;
   const MatX K = u1->leftCols(n), L = u1->rightCols(g1.inputs);
-  const MatX C1 = beside(a.ss.C, MatX(MatX::Zero(g1.outputs, n2)));
+  const MatX C1 = hstack(a.ss.C, MatX(MatX::Zero(g1.outputs, n2)));
   const MatX Cy = tidy(C1 + product(a.ss.D, K)), Dy = tidy(product(a.ss.D, L));  // y
-  const MatX A = above(beside(a.ss.A, MatX(MatX::Zero(n1, n2))) + product(a.ss.B, K),
-                       beside(MatX(MatX::Zero(n2, n1)), b.ss.A) + product(b.ss.B, Cy));
-  System h = make_ss(tidy(A), tidy(above(product(a.ss.B, L), product(b.ss.B, Dy))), Cy, Dy, Ts);
+  const MatX A = vstack(hstack(a.ss.A, MatX(MatX::Zero(n1, n2))) + product(a.ss.B, K),
+                        hstack(MatX(MatX::Zero(n2, n1)), b.ss.A) + product(b.ss.B, Cy));
+  System h = make_ss(tidy(A), tidy(vstack(product(a.ss.B, L), product(b.ss.B, Dy))), Cy, Dy, Ts);
   h.state_names = states_of_both(a, b);
   h = named(std::move(h), g1.input_names, g1.output_names);
   return g1.form == Form::ss || g2.form == Form::ss ? h : to_tf(h);
@@ -201,7 +201,7 @@ System inverse(const System& g) {
     return make_tf({{g.tf[0].den, g.tf[0].num}}, 1, 1, g.Ts);
   }
   const System a = to_ss(g);
-  const auto u = solve(a.ss.D, beside(scaled(-1, a.ss.C), MatX::Identity(g.outputs, g.outputs)));
+  const auto u = solve(a.ss.D, hstack(scaled(-1, a.ss.C), MatX::Identity(g.outputs, g.outputs)));
   if (!u)
     throw Error(
         "the inverse is not proper, since D is singular; for one input and output "
@@ -250,8 +250,9 @@ System stacked(const System& a, const System& b, bool right) {
   } else {
     const System f = to_ss(a), g = to_ss(b);
     const MatX A = block_diagonal(f.ss.A, g.ss.A);
-    h = right ? make_ss(A, block_diagonal(f.ss.B, g.ss.B), beside(f.ss.C, g.ss.C), beside(f.ss.D, g.ss.D), Ts)
-              : make_ss(A, above(f.ss.B, g.ss.B), block_diagonal(f.ss.C, g.ss.C), above(f.ss.D, g.ss.D), Ts);
+    h = right
+            ? make_ss(A, block_diagonal(f.ss.B, g.ss.B), hstack(f.ss.C, g.ss.C), hstack(f.ss.D, g.ss.D), Ts)
+            : make_ss(A, vstack(f.ss.B, g.ss.B), block_diagonal(f.ss.C, g.ss.C), vstack(f.ss.D, g.ss.D), Ts);
     h.state_names = states_of_both(f, g);
   }
   if (right) {

@@ -210,8 +210,8 @@ System ss_of_tf(const System& g) {
   }
   StateSpace s = columns[0];
   for (std::size_t j = 1; j < columns.size(); ++j)
-    s = {block_diagonal(s.A, columns[j].A), block_diagonal(s.B, columns[j].B), beside(s.C, columns[j].C),
-         beside(s.D, columns[j].D)};
+    s = {block_diagonal(s.A, columns[j].A), block_diagonal(s.B, columns[j].B), hstack(s.C, columns[j].C),
+         hstack(s.D, columns[j].D)};
   System h = make_ss(s.A, s.B, s.C, s.D, g.Ts);
   return g.siso() || field(h) == Field::symbolic ? h : minimal(h, 0);
 }

@@ -88,9 +88,9 @@ DelaySystem general(const DelaySystem& g) {
   DelaySystem out;
   out.delays.assign(static_cast<std::size_t>(m), g.delays.empty() ? 0 : g.delays[0]);
   const auto zero = [](int rows, int cols) { return MatX(MatX::Zero(rows, cols)); };
-  const MatX B = beside(zero(n, m), a.ss.B);
-  const MatX C = above(a.ss.C, zero(m, n));
-  const MatX D = above(beside(zero(p, m), a.ss.D), beside(MatX(MatX::Identity(m, m)), zero(m, m)));
+  const MatX B = hstack(zero(n, m), a.ss.B);
+  const MatX C = vstack(a.ss.C, zero(m, n));
+  const MatX D = vstack(hstack(zero(p, m), a.ss.D), hstack(MatX(MatX::Identity(m, m)), zero(m, m)));
   out.core = make_ss(a.ss.A, B, C, D);
   return out;
 }

@@ -196,7 +196,7 @@ Mat without_rounding(Mat L) {
 
 System from_hold(const System& g) {
   const Index n = g.ss.order(), m = g.inputs;
-  const MatX M = above(beside(g.ss.A, g.ss.B), beside(zeros_of(m, n), identity(m)));
+  const MatX M = vstack(hstack(g.ss.A, g.ss.B), hstack(zeros_of(m, n), identity(m)));
   MatX log;
   if (const auto exact = field(M) == Field::numeric ? std::nullopt : unipotent_logarithm(M)) {
     log = scaled(1 / g.Ts, *exact);

@@ -164,8 +164,8 @@ bool regular(const MatX& m) {
 System solved(const Expansion& x) {
   const auto n = static_cast<Index>(x.states.size()), d = static_cast<Index>(x.top.size()),
              m = static_cast<Index>(x.inputs.size());
-  const MatX G = beside(x.by_top, x.by_algebraic);
-  const MatX right = beside(x.by_state, x.by_input);
+  const MatX G = hstack(x.by_top, x.by_algebraic);
+  const MatX right = hstack(x.by_state, x.by_input);
   const auto P = solve(G.topRows(x.equations), scaled(-1, right.topRows(x.equations)));
   if (!P) throw Error("the linearised equations cannot be solved for x′ and z at this point");
   MatX A = MatX::Zero(n, n), B = MatX::Zero(n, m);
@@ -405,7 +405,7 @@ System linearize(const dae::ModelPtr& model, const dae::ConsistentState& at,
   if (x.equations != static_cast<int>(x.top.size() + x.algebraic.size()))
     throw Error(text("the model has ", x.equations, " equations for ", x.top.size() + x.algebraic.size(),
                      " unknowns; sys:structure() names the parts that are over- and under-determined"));
-  const bool direct = regular(beside(x.by_top, x.by_algebraic).topRows(x.equations));
+  const bool direct = regular(hstack(x.by_top, x.by_algebraic).topRows(x.equations));
   if (!direct && !point.at_rest()) return along_trajectory(model, at, request);
   System g = direct ? solved(x) : by_pencil(x, outputs);
   for (Expr u : x.inputs) g.input_names.push_back(to_text(u));

@@ -39,13 +39,13 @@ MatX product(const MatX& a, const MatX& b) {
   return c;
 }
 
-MatX beside(const MatX& a, const MatX& b) {
+MatX hstack(const MatX& a, const MatX& b) {
   MatX c(a.rows(), a.cols() + b.cols());
   c << a, b;
   return c;
 }
 
-MatX above(const MatX& a, const MatX& b) {
+MatX vstack(const MatX& a, const MatX& b) {
   MatX c(a.rows() + b.rows(), a.cols());
   c << a, b;
   return c;

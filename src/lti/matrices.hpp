@@ -32,8 +32,8 @@ inline Field field(const MatX& m) { return field(entries(m)); }
 inline Field common(Field a, Field b) { return a < b ? b : a; }
 
 MatX product(const MatX& a, const MatX& b);
-MatX beside(const MatX& a, const MatX& b);  ///< [a b]
-MatX above(const MatX& a, const MatX& b);   ///< [a; b]
+MatX hstack(const MatX& a, const MatX& b);  ///< [a b]
+MatX vstack(const MatX& a, const MatX& b);  ///< [a; b]
 MatX block_diagonal(const MatX& a, const MatX& b);
 MatX scaled(Expr factor, const MatX& m);
 /// Symbolic entries simplified.

@@ -62,13 +62,13 @@ struct Columns {
 
 Rows<RationalMatrix> compress_rows(const RationalMatrix& d, double) {
   const int p = d.rows(), m = d.cols();
-  const auto r = dae::reduced(dae::beside(d, RationalMatrix::identity(p)), m);
+  const auto r = dae::reduced(dae::hstack(d, RationalMatrix::identity(p)), m);
   return {r.form.block(0, m, p, p), static_cast<int>(r.pivots.size())};
 }
 
 Columns<RationalMatrix> compress_columns(const RationalMatrix& c, double) {
   const RationalMatrix null = dae::kernel(c);
-  const RationalMatrix V = dae::beside(null, dae::complement(null, RationalMatrix::identity(c.cols())));
+  const RationalMatrix V = dae::hstack(null, dae::complement(null, RationalMatrix::identity(c.cols())));
   const auto back = dae::inverse(V);
   PENDULA_ASSERT(back.has_value(), "a basis that is singular");
   return {V, *back, null.cols()};

@@ -23,7 +23,7 @@ RationalMatrix reachable(const RationalMatrix& A, const RationalMatrix& B) {
   RationalMatrix space = dae::span(B), newest = space;
   while (newest.cols() > 0) {
     newest = dae::complement(space, A * newest);
-    if (newest.cols() > 0) space = dae::beside(space, newest);
+    if (newest.cols() > 0) space = dae::hstack(space, newest);
   }
   return space;
 }
@@ -61,7 +61,7 @@ Split split(const MatX& A, const MatX& B, double tol = 0) {
   if (tol <= 0 && common(field(A), field(B)) == Field::exact && n <= most_exact_pairs) {
     const RationalMatrix space = reachable(rational(A), rational(B));
     const RationalMatrix V =
-        dae::beside(space, dae::complement(space, RationalMatrix::identity(static_cast<int>(n))));
+        dae::hstack(space, dae::complement(space, RationalMatrix::identity(static_cast<int>(n))));
     const auto back = dae::inverse(V);
     PENDULA_ASSERT(back.has_value(), "a basis that is singular");
     return {dae::expressions(V), dae::expressions(*back), space.cols()};
@@ -114,7 +114,7 @@ std::string combination(const System& g, const mpq_class& lambda, bool controlla
   const int n = g.ss.order();
   RationalMatrix shifted = rational(g.ss.A);
   for (int i = 0; i < n; ++i) shifted(i, i) -= lambda;
-  const RationalMatrix w = dae::kernel(dae::beside(shifted, rational(g.ss.B)).transposed());
+  const RationalMatrix w = dae::kernel(dae::hstack(shifted, rational(g.ss.B)).transposed());
   if (w.cols() == 0) return "";
   RationalMatrix first = w.columns(0, 1);
   first = dae::primitive_factor(first) * first;

@@ -48,7 +48,7 @@ std::vector<PolynomialVector> minimal_basis(const RationalMatrix& E, const Ratio
         RationalMatrix stacked((d + 1) * n, 1);
         for (int k = 0; k < v.coefficient.cols(); ++k)
           stacked.set((k + shift) * n, 0, v.coefficient.columns(k, 1));
-        known = beside(known, stacked);
+        known = hstack(known, stacked);
       }
     const RationalMatrix fresh = complement(known, kernel(toeplitz));
     for (int j = 0; j < fresh.cols(); ++j) {
@@ -106,9 +106,9 @@ void weierstrass(Pencil& p, long regular_at) {
   p.index = s.index;
   PENDULA_ASSERT(s.V.cols() + s.W.cols() == n, "the Wong spaces of a regular pencil do not fill the space");
   const auto transform = [&](const RationalMatrix& V, const RationalMatrix& W) {
-    const auto S = inverse(beside(E * V, A * W));
+    const auto S = inverse(hstack(E * V, A * W));
     PENDULA_ASSERT(S.has_value(), "[E V, A W] of a regular pencil is singular");
-    p.T = beside(V, W);
+    p.T = hstack(V, W);
     p.S = *S;
     const RationalMatrix SAT = p.S * A * p.T, SET = p.S * E * p.T;
     p.J = SAT.block(0, 0, p.dof, p.dof);

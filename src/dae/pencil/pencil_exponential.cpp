@@ -109,7 +109,7 @@ VecX exponential(const RationalMatrix& m, Expr t, const VecX& v) {
     RationalMatrix power = RationalMatrix::identity(n);
     for (int i = 0; i < f.multiplicity; ++i) power = power * value(f.p, m);
     const RationalMatrix part = kernel(power);
-    basis = beside(basis, part);
+    basis = hstack(basis, part);
     sizes.push_back(part.cols());
   }
   const auto back = inverse(basis);

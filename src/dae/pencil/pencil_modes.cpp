@@ -287,12 +287,12 @@ RationalMatrix nilpotent_chains(const RationalMatrix& m) {
   RationalMatrix chains(n, 0);
   for (std::size_t k = kernels.size() - 1; k > 0; --k) {
     RationalMatrix known = kernels[k - 1];
-    if (k + 1 < kernels.size()) known = beside(known, m * kernels[k + 1]);
+    if (k + 1 < kernels.size()) known = hstack(known, m * kernels[k + 1]);
     const RationalMatrix tops = complement(known, kernels[k]);
     for (int j = 0; j < tops.cols(); ++j) {
       RationalMatrix chain = tops.columns(j, 1);
-      for (std::size_t i = 1; i < k; ++i) chain = beside(m * chain.columns(0, 1), chain);
-      chains = beside(chains, primitive_factor(chain) * chain);
+      for (std::size_t i = 1; i < k; ++i) chain = hstack(m * chain.columns(0, 1), chain);
+      chains = hstack(chains, primitive_factor(chain) * chain);
     }
   }
   return chains;
@@ -311,10 +311,10 @@ RationalMatrix jordan_basis(const RationalMatrix& m, const std::vector<Factor>& 
     // m - λI maps its component to itself; in coordinates of the component it is a nilpotent matrix.
     const RationalMatrix component = kernel(power);
     const int size = component.cols();
-    const Reduced r = reduced(beside(component, shifted * component), size);
-    basis = beside(basis, component * nilpotent_chains(r.form.block(0, size, size, size)));
+    const Reduced r = reduced(hstack(component, shifted * component), size);
+    basis = hstack(basis, component * nilpotent_chains(r.form.block(0, size, size, size)));
   }
-  return basis.cols() == 0 ? others : beside(basis, span(others));
+  return basis.cols() == 0 ? others : hstack(basis, span(others));
 }
 
 }  // namespace pendula::dae

@@ -201,7 +201,7 @@ VecX start(const Pencil& p, const SolutionRequest& request, const VecX& shift) {
     shifts[i] = shift[j];
     right[i] = simplify(v - shift[j]);
   }
-  const Reduced r = reduced(beside(given, RationalMatrix::identity(rows)), p.dof);
+  const Reduced r = reduced(hstack(given, RationalMatrix::identity(rows)), p.dof);
   const int rank = static_cast<int>(r.pivots.size());
   for (int i = rank; i < rows; ++i) {
     const RationalMatrix y = r.form.block(i, p.dof, 1, rows);

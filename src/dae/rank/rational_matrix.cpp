@@ -66,7 +66,7 @@ RationalMatrix operator-(RationalMatrix a, const RationalMatrix& b) {
   return a;
 }
 
-RationalMatrix beside(const RationalMatrix& a, const RationalMatrix& b) {
+RationalMatrix hstack(const RationalMatrix& a, const RationalMatrix& b) {
   RationalMatrix c(std::max(a.rows(), b.rows()), a.cols() + b.cols());
   c.set(0, 0, a);
   c.set(0, a.cols(), b);
@@ -132,7 +132,7 @@ mpq_class determinant(RationalMatrix a) {
 
 std::optional<RationalMatrix> inverse(const RationalMatrix& a) {
   const int n = a.rows();
-  const Reduced r = reduced(beside(a, RationalMatrix::identity(n)), n);
+  const Reduced r = reduced(hstack(a, RationalMatrix::identity(n)), n);
   if (static_cast<int>(r.pivots.size()) < n) return {};
   return r.form.columns(n, n);
 }
@@ -189,15 +189,15 @@ RationalMatrix span(const RationalMatrix& a) {
 
 RationalMatrix preimage(const RationalMatrix& a, const RationalMatrix& b) {
   // a x = b y: the x part of the kernel of [a  -b]
-  const RationalMatrix both = kernel(beside(a, mpq_class(-1) * b));
+  const RationalMatrix both = kernel(hstack(a, mpq_class(-1) * b));
   return span(both.block(0, 0, a.cols(), both.cols()));
 }
 
 RationalMatrix complement(const RationalMatrix& known, const RationalMatrix& candidates) {
-  const Reduced r = reduced(beside(known, candidates));
+  const Reduced r = reduced(hstack(known, candidates));
   RationalMatrix chosen(candidates.rows(), 0);
   for (int pivot : r.pivots)
-    if (pivot >= known.cols()) chosen = beside(chosen, candidates.columns(pivot - known.cols(), 1));
+    if (pivot >= known.cols()) chosen = hstack(chosen, candidates.columns(pivot - known.cols(), 1));
   return chosen;
 }
 

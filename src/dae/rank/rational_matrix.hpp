@@ -48,7 +48,7 @@ RationalMatrix operator*(const RationalMatrix& a, const RationalMatrix& b);
 RationalMatrix operator*(const mpq_class& factor, RationalMatrix a);
 RationalMatrix operator+(RationalMatrix a, const RationalMatrix& b);
 RationalMatrix operator-(RationalMatrix a, const RationalMatrix& b);
-RationalMatrix beside(const RationalMatrix& a, const RationalMatrix& b);  ///< [a b]
+RationalMatrix hstack(const RationalMatrix& a, const RationalMatrix& b);  ///< [a b]
 RationalMatrix diagonal(const RationalMatrix& a, const RationalMatrix& b);
 
 /// Reduced echelon form: pivots 1, zeros above and below. Pivots are looked for in

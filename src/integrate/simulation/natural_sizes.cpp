@@ -83,7 +83,7 @@ class Scaling {
 };
 
 /// A point nearby, at which the rounding residue of a cancelling sum differs.
-Point beside(const Point& at) {
+Point nearby(const Point& at) {
   constexpr double distance = 1e-6;
   Point p = at;
   double random = 0.3;
@@ -100,7 +100,7 @@ class Terms {
  public:
   Terms(Problem& problem, const Point& at, double t)
       : problem_(problem), n_(problem.n()), size_(problem.n() + problem.m()) {
-    const Point other = beside(at);
+    const Point other = nearby(at);
     problem.set_point(t, other.x.data(), other.xdot.data(), other.z.data());
     const std::vector<double> there = problem.jacobian();
     problem.set_point(t, at.x.data(), at.xdot.data(), at.z.data());

@@ -141,9 +141,9 @@ void show_text(const std::string& text) {
     const RawTerminal raw;
     write_rows(rest, screen.rows - 1, screen.columns);
     while (raw.good() && !rest.empty()) {
-      const PagerKey wish = ask();
-      if (wish == PagerKey::leave) return std::fflush(stdout), void();
-      write_rows(rest, wish == PagerKey::line ? 1 : screen.rows - 1, screen.columns);
+      const PagerKey key = ask();
+      if (key == PagerKey::leave) return std::fflush(stdout), void();
+      write_rows(rest, key == PagerKey::line ? 1 : screen.rows - 1, screen.columns);
     }
   }
   if (write_stoppable(rest, stdout)) std::fflush(stdout);
