@@ -104,10 +104,11 @@ class DocsStepper final : public Stepper {
     here_.x += dt * before_.xdot;
     rhs_.require(here_.t, here_.x.data(), here_.xdot.data(), here_.z.data());
   }
-  void interpolate(const StepView& step, double t, Detail, Point& out) override {
+  Detail look(const StepView& step, double t, Detail detail, Point& out) override {
     out = step.from;
     out.t = t;
     out.x += (t - step.from.t) * step.from.xdot;
+    return detail;
   }
 
  private:

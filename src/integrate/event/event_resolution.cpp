@@ -8,6 +8,7 @@
 #include "base/epsilon.hpp"
 #include "expr/print/print.hpp"
 #include "integrate/event/bracket.hpp"
+#include "integrate/step/hermite.hpp"
 
 namespace pendula::integrate {
 
@@ -61,14 +62,14 @@ double EventFinder::bend(Stepper& stepper, const StepView& step, std::size_t par
 double EventFinder::turn(Stepper& stepper, const StepView& step, std::size_t part, const Sample& a,
                          const Sample& b) {
   // relative to the piece; exact samples cost steps of the method, and turning_point() goes on from here
-  const double close = coarse_.fails || conditions_->measured[conditions_->narrow[part]] ? 1e-7 : 1e-9;
+  const double close = conditions_->measured[conditions_->narrow[part]] ? 1e-7 : 1e-9;
   Bracket in{a.t, a.bend[part], b.t, b.bend[part]};
   double t = in.left;
   for (int k = 0; k < 40 && in.length() > close * (b.t - a.t); ++k) {
     const double before = t;
     const bool unknown = std::fabs(in.at_left) <= tiny || std::fabs(in.at_right) <= tiny;  // another turn
     t = unknown ? in.middle() : in.next(k);
-    const double here = bend(stepper, step, part, t, coarse_.fails ? Detail::state : Detail::coarse);
+    const double here = bend(stepper, step, part, t, Detail::coarse);
     if (!std::isfinite(here)) return in.middle();
     if (here == 0 || std::fabs(t - before) <= close * (b.t - a.t)) break;
     if (opposite(here, in.at_right))
@@ -148,10 +149,10 @@ std::optional<EventFinder::Sample> EventFinder::turning_point(Stepper& stepper, 
     const bool dips = !(sign * out.g[i] > deep * std::min(sign * a.g[i], sign * b.g[i]));
     double change = 0;
     if (!conditions_->measured[i] || dips) {
-      const Detail detail = coarse_.fails ? Detail::state : Detail::coarse;
       const double right = std::min(t + beside, b.t), left = std::max(t - beside, a.t);
       change =
-          (bend(stepper, step, k, right, detail) - bend(stepper, step, k, left, detail)) / (right - left);
+          (bend(stepper, step, k, right, Detail::coarse) - bend(stepper, step, k, left, Detail::coarse)) /
+          (right - left);
     }
     if (dips && !out.exact && !opposite(a.g[i], b.g[i])) move_to_turn(stepper, step, k, a, b, change, out);
     const double margin =
@@ -166,32 +167,44 @@ std::optional<EventFinder::Sample> EventFinder::turning_point(Stepper& stepper, 
 /// continued to the beginning of the step before, its distance from the solution there shows that, without an
 /// evaluation; in a first step the solution in the middle does (follows_coarsely()). Polynomials in t that a
 /// method integrates exactly lead to steps of any length. Other methods have interpolants of their own.
-void EventFinder::estimate_coarse_errors(Stepper& stepper, const StepView& step) {
+void EventFinder::begin_coarsely(Stepper& stepper, const StepView& step) {
   coarse_.errors.assign(events_->size() + conditions_->narrow.size(), 0.0);
   if (!wants_.solution || !stepper.is_explicit()) return;
-  if (!coarse_.has_beginning || coarse_.beginning.t != step.from.t) {
+  const bool same = coarse_.has_beginning && coarse_.beginning.t == step.from.t;
+  if (!same || coarse_.end != step.to.t) {
+    coarse_.knots.clear();
+    coarse_.off.resize(0);
+  }
+  coarse_.end = step.to.t;
+  if (!same) {
     coarse_.has_before = coarse_.has_beginning;
     std::swap(coarse_.before, coarse_.beginning);
     coarse_.beginning = step.from;
     coarse_.has_beginning = true;
   }
-  const double h = step.to.t - step.from.t, middle = step.from.t + h / 2;
-  if (!(h > 0) || !coarse_.has_before) return;
-  const double back = step.from.t - coarse_.before.t, s = -back / h;
-  const double share = h * h / (4 * back * (back + h));  // square root of (s²(1 - s)²) at ½ and there
-  const auto& a = step.from;
-  const auto& b = step.to;
-  const double h00 = (1 + 2 * s) * (1 - s) * (1 - s), h10 = s * (1 - s) * (1 - s);
-  const double h01 = s * s * (3 - 2 * s), h11 = s * s * (s - 1);
-  const Vec off = coarse_.before.x - (h00 * a.x + h01 * b.x + h * (h10 * a.xdot + h11 * b.xdot));
-  stepper.interpolate(step, middle, Detail::coarse, point_);
-  compare_coarsely(share * share * off);
+  const double h = step.to.t - step.from.t;
+  if (h > 0 && coarse_.has_before && coarse_.off.size() == 0) {
+    const double back = step.from.t - coarse_.before.t;
+    const double share = h * h / (4 * back * (back + h));  // square root of (s²(1 - s)²) at ½ and there
+    hermite(step.from, step.to, -back / h, point_);
+    coarse_.off = share * share * (coarse_.before.x - point_.x);
+  }
+  estimate_coarse_errors(step);
 }
 
-/// The errors of the conditions at point_, which is off by so much.
-void EventFinder::compare_coarsely(const Vec& off) {
+/// The errors of the conditions in the middle of the step, were it one piece as long as the longest between
+/// knots: there the cubic is off by the fourth power of its share of the step.
+void EventFinder::estimate_coarse_errors(const StepView& step) {
+  if (coarse_.off.size() == 0) return;
+  double longest = 0, from = step.from.t;
+  for (const Point& knot : coarse_.knots) {
+    if (knot.t > last_.t) longest = std::max(longest, knot.t - from);
+    from = knot.t;
+  }
+  const double h = step.to.t - step.from.t, share = std::max(longest, step.to.t - from) / h;
+  hermite(step, step.from.t + h / 2, point_);
   evaluate(point_, probe_);
-  point_.x += off;
+  point_.x += share * share * share * share * coarse_.off;
   evaluate(point_, neighbour_);
   const std::size_t count = events_->size();
   for (std::size_t i = 0; i < count; ++i) {
@@ -206,16 +219,92 @@ void EventFinder::compare_coarsely(const Vec& off) {
   }
 }
 
+/// Leads the coarse interpolant through the solution at a time of the step, at the cost of one exact look.
+bool EventFinder::add_knot(Stepper& stepper, const StepView& step, double t) {
+  if (!stepper.is_explicit() || !(t > step.from.t && t < step.to.t)) return false;
+  auto& knots = coarse_.knots;
+  const auto at = std::lower_bound(knots.begin(), knots.end(), t,
+                                   [](const Point& knot, double time) { return knot.t < time; });
+  if (at != knots.end() && at->t == t) return true;
+  Point knot = step.to;
+  try {
+    stepper.interpolate(step, t, Detail::full, knot);
+  } catch (const Failure&) {  // the equations are singular there; later steps will report it
+    return false;
+  }
+  knots.insert(at, std::move(knot));
+  return true;
+}
+
+/// The points between which the coarse interpolant is one cubic.
+std::pair<const Point*, const Point*> EventFinder::piece(const StepView& step, double t) const {
+  const auto& knots = coarse_.knots;
+  const auto behind = std::upper_bound(knots.begin(), knots.end(), t,
+                                       [](double time, const Point& knot) { return time < knot.t; });
+  return {behind == knots.begin() ? &step.from : &*(behind - 1), behind == knots.end() ? &step.to : &*behind};
+}
+
+/// A point of the coarse interpolant, as point_. True if it is one of the solution.
+bool EventFinder::interpolate_coarsely(Stepper& stepper, const StepView& step, double t) {
+  if (coarse_.knots.empty()) {
+    stepper.interpolate(step, t, Detail::coarse, point_);
+    return false;
+  }
+  const auto [from, to] = piece(step, t);
+  if (from->t == t && from != &step.from) {
+    point_ = *from;
+    return true;
+  }
+  hermite(*from, *to, (t - from->t) / (to->t - from->t), point_);
+  point_.t = t;
+  return false;
+}
+
+/// Halves the pieces of the coarse interpolant until it shows what the conditions do; at last its knots are
+/// where the step is sampled.
+void EventFinder::refine(Stepper& stepper, const StepView& step) {
+  for (int parts = 2; parts <= pieces && !follows_coarsely(stepper, step); parts *= 2) {
+    for (int k = 1; k < parts; k += 2) add_knot(stepper, step, last_.t + (step.to.t - last_.t) * k / parts);
+    estimate_coarse_errors(step);
+  }
+}
+
+/// Is the sign of a sample that of the solution, for every condition with another sign there? It is where it
+/// stays when the point is moved by several times its error to either side.
+bool EventFinder::is_certain(Stepper& stepper, const StepView& step, const Sample& at, const Sample& other) {
+  constexpr double several = 8;  // the fourth derivative of x varies in the step
+  if (at.exact) return true;
+  const auto changes = [&](std::size_t i) { return opposite(at.g[i], other.g[i]) && !conditions_->clock[i]; };
+  for (std::size_t i = 0; i < events_->size(); ++i)
+    if (changes(i) && (conditions_->measured[i] || coarse_.off.size() == 0)) return false;
+  if (coarse_.off.size() == 0) return true;  // only conditions of t change
+  interpolate_coarsely(stepper, step, at.t);
+  const auto [from, to] = piece(step, at.t);
+  const double s = (at.t - from->t) / (to->t - from->t),
+               share = (to->t - from->t) / (step.to.t - step.from.t);
+  const double of_middle = 4 * s * (1 - s) * share * share;  // its square: 16 s²(1 - s)² of the fourth power
+  const Vec off = several * of_middle * of_middle * coarse_.off;
+  for (const double side : {1.0, -2.0}) {
+    point_.x += side * off;
+    evaluate(point_, neighbour_);
+    for (std::size_t i = 0; i < events_->size(); ++i)
+      if (changes(i) && !(at.g[i] * neighbour_.g[i] > 0)) return false;
+  }
+  return true;
+}
+
 /// Do samples of the coarse interpolant show what the conditions do in the step, but for details?
 bool EventFinder::follows_coarsely(Stepper& stepper, const StepView& step) {
   constexpr double of_lowest = 0.25, of_highest = 0.02, of_part = 0.1;
   if (!wants_.solution || !stepper.is_explicit()) return true;
-  if (!coarse_.has_before) {
+  if (coarse_.off.size() == 0) {
     const double middle = step.from.t + (step.to.t - step.from.t) / 2;
     if (!interpolate(stepper, step, middle, Detail::state)) return true;
-    const Vec exact = point_.x;
-    interpolate(stepper, step, middle, Detail::coarse);
-    compare_coarsely(exact - point_.x);
+    coarse_.off = point_.x;
+    hermite(step, middle, point_);
+    coarse_.off -= point_.x;
+    add_knot(stepper, step, middle);
+    estimate_coarse_errors(step);
   }
   if (std::all_of(coarse_.errors.begin(), coarse_.errors.end(), [](double e) { return e == 0; })) return true;
   std::vector<double> lowest = last_.g, highest = last_.g;

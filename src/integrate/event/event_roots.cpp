@@ -45,20 +45,48 @@ bool EventFinder::stays_away(Stepper& stepper, const StepView& step) {
   return true;
 }
 
+/// A zero on the coarse interpolant between points of opposite sign: where to look at the solution first.
+double EventFinder::coarse_root(Stepper& stepper, const StepView& step, int which, Bracket in) {
+  constexpr double close = 1e-4;  // of the piece; the error of the interpolant is usually no smaller
+  const double enough = close * in.length();
+  double t = in.left;
+  for (int k = 0; k < 40 && in.length() > enough; ++k) {
+    const double before = t;
+    const bool unknown = std::fabs(in.at_left) <= 2 * tiny || std::fabs(in.at_right) <= 2 * tiny;
+    t = unknown ? in.middle() : in.next(k);
+    const double g = coarse_value(stepper, step, which, t);
+    if (!std::isfinite(g)) return in.middle();
+    if (g == 0 || std::fabs(t - before) <= enough) break;
+    if (opposite(g, in.at_right))
+      in.move_left(t, g);
+    else
+      in.move_right(t, g);
+  }
+  return t;
+}
+
 /// The root between points of opposite sign: the end of the bracket at which the sign has changed. Values
-/// below the rounding bound count as the sign of ga.
+/// below the rounding bound count as the sign of ga. The coarse interpolant shows where to look at the
+/// solution; its error there, and from the second look on the line through the last two errors, correct it.
 EventFinder::Root EventFinder::locate(Stepper& stepper, const StepView& step, int which, double a, double ga,
                                       double b, double gb, double rounding_bound) {
+  constexpr int patience = 8;  // looks; then the bracket decides alone
   Bracket in{a, ga, b, gb};
   const double smallest = 2 * eps * std::max(std::fabs(a), std::fabs(b));
   const auto root = [&](double t) {
     return Root{std::max(in.left, t - smallest), t, false};
   };  // exact zeros: a lies far from the root
+  CorrectedZero zero;
   for (int k = 0; k < 200; ++k) {
     if (in.length() <= smallest || in.at_right == 0) break;
-    const double t = std::clamp(in.next(k), in.left + smallest / 2, in.right - smallest / 2);
+    const auto coarse = [&](double t) { return coarse_value(stepper, step, which, t); };
+    double t = k >= patience ? in.next(k)
+               : k == 0      ? coarse_root(stepper, step, which, in)
+                             : zero.next(coarse, in, smallest);
+    t = std::clamp(std::isfinite(t) ? t : in.next(k), in.left + smallest / 2, in.right - smallest / 2);
     const double g = value(stepper, step, which, t);
     if (g == 0 && rounding_bound == 0) return root(t);
+    if (k < patience) zero.look(t, g, coarse(t));
     if (opposite(g, in.at_right))
       in.move_left(t, g);
     else if (std::fabs(g) <= rounding_bound)
@@ -145,7 +173,7 @@ std::optional<double> EventFinder::bottom(Stepper& stepper, const StepView& step
     }
     return steepest * (step.to.t - step.from.t) < std::fabs(g);
   };
-  if ((!conditions_->measured[i] || stepper.is_determined()) && !coarse_.fails) {
+  if (!conditions_->measured[i] || stepper.is_determined()) {
     const Dip coarse = dip(stepper, step, which, a, b, Detail::coarse);
     const auto agrees = [&] {
       return std::fabs(value(stepper, step, which, coarse.t) - coarse.lowest) <=
@@ -154,7 +182,37 @@ std::optional<double> EventFinder::bottom(Stepper& stepper, const StepView& step
     if (!coarse.below && coarse.lowest != 0 && (is_far(coarse.lowest) || agrees())) return {};
   }
   const auto inside = dip(stepper, step, which, a, b, Detail::state).below;
-  return inside || coarse_.fails ? inside : bottom_beside(stepper, step, which, a, b);
+  return inside ? inside : bottom_beside(stepper, step, which, a, b);
+}
+
+/// Moves on until a condition has changed its sign; false: it does not in the step.
+bool EventFinder::move_on(Stepper& stepper, const StepView& step, int which, double before, double apart,
+                          double& t, double& g) {
+  while (!opposite(before, g = value(stepper, step, which, t))) {
+    if (t >= step.to.t) return false;
+    t = std::min(t + apart, step.to.t);
+  }
+  return true;
+}
+
+/// The root in a bracket between two samples. A coarse sample may have the sign of the other side: then the
+/// search ends there, and the root lies beside it.
+std::optional<EventFinder::Root> EventFinder::locate_or_beside(Stepper& stepper, const StepView& step,
+                                                               int which, const Sample& a, const Sample& b,
+                                                               Bracket in, double rounding_bound) {
+  const auto found = [&](double from, double at_from, double to, double at_to) {
+    return locate(stepper, step, which, from, at_from, to, at_to, rounding_bound);
+  };
+  const Root root = found(in.left, in.at_left, in.right, in.at_right);
+  if (!a.exact && root.before <= a.t) {
+    const double g = value(stepper, step, which, a.t), before = last_exact_.g[which];
+    if (opposite(g, in.at_right)) return root;
+    return opposite(before, g) ? std::optional(found(last_exact_.t, before, a.t, g)) : std::nullopt;
+  }
+  if (b.exact || root.t < b.t || b.t >= step.to.t) return root;
+  double right = b.t, g = in.at_right;
+  if (!move_on(stepper, step, which, in.at_left, (b.t - a.t) / 4, right, g)) return {};
+  return right > b.t ? found(root.before, in.at_left, right, g) : root;
 }
 
 std::optional<EventFinder::Root> EventFinder::root_between(Stepper& stepper, const StepView& step, int which,
@@ -186,11 +244,7 @@ std::optional<EventFinder::Root> EventFinder::root_between(Stepper& stepper, con
       rising = !rising;
       if (right <= left) return {};
       // the return may lie behind a coarse sample
-      const double apart = (right - left) / 4;
-      while (!b.exact && !opposite(ga, gb = value(stepper, step, which, right))) {
-        if (right >= step.to.t) return {};
-        right = std::min(right + apart, step.to.t);
-      }
+      if (!b.exact && !move_on(stepper, step, which, ga, (right - left) / 4, right, gb)) return {};
     }
   } else if (!wanted(i, rising)) {
     return {};
@@ -213,8 +267,8 @@ std::optional<EventFinder::Root> EventFinder::root_between(Stepper& stepper, con
       gb = g;
     }
   }
-  Root root = locate(stepper, step, which, left, ga, right, gb, rounding_bound);
-  root.rising = rising;
+  auto root = locate_or_beside(stepper, step, which, a, b, {left, ga, right, gb}, rounding_bound);
+  if (root) root->rising = rising;
   return root;
 }
 

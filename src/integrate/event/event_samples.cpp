@@ -26,8 +26,7 @@ bool EventFinder::interpolate(Stepper& stepper, const StepView& step, double t, 
       return true;
     } catch (const UndefinedEquations&) {
     }
-  stepper.interpolate(step, t, Detail::coarse, point_);
-  return false;
+  return interpolate_coarsely(stepper, step, t);
 }
 
 /// x′ and z of the equations at a point, to a relative accuracy, on the branch of the values there. Without
@@ -137,7 +136,7 @@ void EventFinder::measure_along(Stepper& stepper, const StepView& step, double t
     try {
       interpolate(stepper, step, time, Detail::full);
     } catch (const Failure&) {  // the equations are singular there; later steps will report it
-      stepper.interpolate(step, time, Detail::coarse, point_);
+      interpolate_coarsely(stepper, step, time);
     }
     evaluate(point_, neighbour_);
     return neighbour_.g;
@@ -157,12 +156,21 @@ void EventFinder::measure_along(Stepper& stepper, const StepView& step, double t
 
 /// A sample by the cheapest interpolant that has z.
 void EventFinder::sample_coarsely(Stepper& stepper, const StepView& step, double t, Sample& out) {
-  sample(stepper, step, t, coarse_.fails ? Detail::state : Detail::coarse, out);
+  sample(stepper, step, t, Detail::coarse, out);
   if (wants_.slopes) measure_slopes(stepper, step, t, out);
 }
 
 double EventFinder::value(Stepper& stepper, const StepView& step, int which, double t) {
-  sample(stepper, step, t, Detail::state, probe_);
+  sample(stepper, step, t, conditions_->clock[which] ? Detail::coarse : Detail::state, probe_);
+  return probe_.g[which];
+}
+
+/// The same on the coarse interpolant, with the x′ and z of the equations there. NaN: they are not known.
+double EventFinder::coarse_value(Stepper& stepper, const StepView& step, int which, double t) {
+  sample(stepper, step, t, Detail::coarse, probe_);
+  if (!conditions_->measured[which] || !stepper.is_explicit() || t >= step.to.t) return probe_.g[which];
+  if (!solve_at(stepper, point_, 0)) return std::numeric_limits<double>::quiet_NaN();
+  evaluate(point_, probe_);
   return probe_.g[which];
 }
 

@@ -199,6 +199,7 @@ void EventFinder::start(const Point& point, const std::vector<Crossing>& crossed
   fresh_ = true;
   last_solved_.at.t = std::numeric_limits<double>::infinity();
   coarse_.has_before = coarse_.has_beginning = false;
+  coarse_.knots.clear();
   // Near accumulation points of events the root of the continuous extension may differ much from that of the
   // solution. Then g is not small relative to its slope, but the root has been handled.
   beginnings_.assign(events_->size(), {});
@@ -234,16 +235,18 @@ bool EventFinder::ends_at_zero(std::size_t i, const Sample& a, const Sample& b) 
   return a.g[i] * b.slope[i] < 0 && is_zero(i, b);
 }
 
-/// Verifies a sign change between coarse samples on the solution. Returns a root before the first, if the
-/// coarse sample had moved that out of its interval.
+/// Verifies a sign change between coarse samples on the solution, where their errors might have made it.
+/// Returns a root before the first, if the coarse sample had moved that out of its interval.
 std::optional<EventFinder::Hit> EventFinder::verify_change(Stepper& stepper, const StepView& step, Sample& a,
                                                            Sample& b) {
   if (!changes(a, b)) return {};
-  make_exact(stepper, step, a);
-  if (changes(last_exact_, a))
-    if (auto hit = first_hit(stepper, step, last_exact_, a)) return hit;
-  last_exact_ = a;
-  make_exact(stepper, step, b);
+  if (!is_certain(stepper, step, a, b)) {
+    make_exact(stepper, step, a);
+    if (changes(last_exact_, a))
+      if (auto hit = first_hit(stepper, step, last_exact_, a)) return hit;
+    last_exact_ = a;
+  }
+  if (!is_certain(stepper, step, b, a)) make_exact(stepper, step, b);
   return {};
 }
 
@@ -344,13 +347,12 @@ std::optional<EventFinder::Hit> EventFinder::find(Stepper& stepper, const StepVi
         last_.g[i] = std::copysign(tiny, slope_after(stepper, step, i));
   }
   fresh_ = false;
-  coarse_.fails = false;
-  estimate_coarse_errors(stepper, step);
+  begin_coarsely(stepper, step);
   if (stays_away(stepper, step)) {
     std::swap(last_, here_);
     return {};
   }
-  coarse_.fails = !follows_coarsely(stepper, step);
+  refine(stepper, step);
   last_exact_ = last_;
   for (int k = 1; k <= pieces; ++k) {
     sample_coarsely(stepper, step, k == pieces ? step.to.t : from + length * k / pieces, here_);
@@ -363,6 +365,7 @@ std::optional<EventFinder::Hit> EventFinder::find(Stepper& stepper, const StepVi
 void EventFinder::pass(const Hit& hit, Stepper& stepper, const StepView& step) {
   sample(stepper, step, hit.t, Detail::state, last_);
   if (wants_.slopes) measure_slopes(stepper, step, hit.t, last_);
+  add_knot(stepper, step, hit.t);
   for (const Crossing& crossing : hit.list)
     last_.g[crossing.which] = std::copysign(tiny, crossing.rising ? 1.0 : -1.0);
 }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "integrate/event/bracket.hpp"
 #include "integrate/event/event_conditions.hpp"
 #include "integrate/event/surfaces.hpp"
 #include "integrate/problem/projection.hpp"
@@ -189,9 +190,14 @@ class EventFinder {
   double bend(Stepper& stepper, const StepView& step, std::size_t part, double t, Detail detail);
   double turn(Stepper& stepper, const StepView& step, std::size_t part, const Sample& a, const Sample& b);
   bool stays_away(Stepper& stepper, const StepView& step);
-  void estimate_coarse_errors(Stepper& stepper, const StepView& step);
-  void compare_coarsely(const Vec& off);
+  void begin_coarsely(Stepper& stepper, const StepView& step);
+  void estimate_coarse_errors(const StepView& step);
   bool follows_coarsely(Stepper& stepper, const StepView& step);
+  bool add_knot(Stepper& stepper, const StepView& step, double t);
+  void refine(Stepper& stepper, const StepView& step);
+  std::pair<const Point*, const Point*> piece(const StepView& step, double t) const;
+  bool interpolate_coarsely(Stepper& stepper, const StepView& step, double t);
+  bool is_certain(Stepper& stepper, const StepView& step, const Sample& at, const Sample& other);
   std::optional<Hit> verify_change(Stepper& stepper, const StepView& step, Sample& a, Sample& b);
   std::optional<Hit> scan(Stepper& stepper, const StepView& step, Sample& a, Sample& b, int depth,
                           int turns = 0);
@@ -201,6 +207,12 @@ class EventFinder {
   void settle_zeros(const Sample& a, Sample& b) const;
   std::optional<Root> root_between(Stepper& stepper, const StepView& step, int which, const Sample& a,
                                    const Sample& b);
+  double coarse_value(Stepper& stepper, const StepView& step, int which, double t);
+  double coarse_root(Stepper& stepper, const StepView& step, int which, Bracket in);
+  bool move_on(Stepper& stepper, const StepView& step, int which, double before, double apart, double& t,
+               double& g);
+  std::optional<Root> locate_or_beside(Stepper& stepper, const StepView& step, int which, const Sample& a,
+                                       const Sample& b, Bracket in, double rounding_bound);
   Root locate(Stepper& stepper, const StepView& step, int which, double a, double ga, double b, double gb,
               double rounding_bound);
   struct Dip {
@@ -247,12 +259,14 @@ class EventFinder {
   struct {
     Point at, rate;
   } last_solved_;
-  /// How well the cubic through the ends of the step follows the solution.
+  /// The interpolant of steps of explicit methods, and how well it follows the solution.
   struct {
-    std::vector<double> errors;  ///< in its middle, of each condition; then of each narrow part, relative
+    std::vector<double> errors;  ///< of each condition; then of each narrow part, relative
+    Vec off;                     ///< of the cubic through the ends of the step, in its middle; or empty
     Point before, beginning;     ///< beginnings of the step before and of this one, since the last start
     bool has_before = false, has_beginning = false;
-    bool fails = false;  ///< samples of this step are exact ones
+    double end = 0;            ///< of this step
+    std::vector<Point> knots;  ///< exact points inside it, between which there is a cubic of their own
   } coarse_;
   std::vector<double> out_;
   /// The equations of the stepper, which may be those of sliding, along the cubic of a step.

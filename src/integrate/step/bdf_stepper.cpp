@@ -263,10 +263,10 @@ void BdfStepper::record(double* to) const {
 }
 
 /// Evaluates the polynomial through the last k + 1 points by its backward differences.
-void BdfStepper::interpolate(const StepView& step, double t, Detail detail, Point& out) {
+Detail BdfStepper::look(const StepView& step, double t, Detail detail, Point& out) {
   if (t >= step.to.t) {
     out = step.to;
-    return;
+    return Detail::full;
   }
   const int k = static_cast<int>(step.record[0]);
   const double end = step.record[1], dt = step.record[2];
@@ -293,6 +293,7 @@ void BdfStepper::interpolate(const StepView& step, double t, Detail detail, Poin
     for (int i = n(); i < N_; ++i) out.z[i - n()] += factor * Dj[i];
   }
   if (detail == Detail::full && determined_) rhs_(t, out.x.data(), out.xdot.data(), out.z.data());
+  return detail;
 }
 
 }  // namespace pendula::integrate

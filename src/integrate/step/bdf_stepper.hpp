@@ -21,10 +21,10 @@ class BdfStepper final : public Stepper {
   void step(double end) override;
   std::size_t record_size() const override { return 3 + static_cast<std::size_t>((last_.order + 1) * N_); }
   void record(double* to) const override;
-  void interpolate(const StepView& step, double t, Detail detail, Point& out) override;
   bool is_determined() const override { return determined_; }
 
  private:
+  Detail look(const StepView& step, double t, Detail detail, Point& out) override;
   static constexpr int most = 5;
   enum class Newton { converged, slow, not_finite };
   struct Pattern {

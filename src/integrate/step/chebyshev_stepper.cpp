@@ -145,15 +145,16 @@ void ChebyshevStepper::step(double end) {
   }
 }
 
-void ChebyshevStepper::interpolate(const StepView& step, double t, Detail detail, Point& out) {
+Detail ChebyshevStepper::look(const StepView& step, double t, Detail detail, Point& out) {
   if (t >= step.to.t || t <= step.from.t) {
     out = t >= step.to.t ? step.to : step.from;
-    return;
+    return Detail::full;
   }
   hermite(step, t, out);
   if (problem_->projects())
     problem_->project_if_needed(t, out.x, tolerances_.rtol, tolerances_.atol, Problem::projection_share);
   if (detail == Detail::full) rhs_.require(t, out.x.data(), out.xdot.data(), out.z.data());
+  return detail;
 }
 
 }  // namespace pendula::integrate

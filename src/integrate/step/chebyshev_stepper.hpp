@@ -22,10 +22,10 @@ class ChebyshevStepper final : public Stepper {
   std::string name() const override { return "rkc"; }
   void start(const Point& point, double end) override;
   void step(double end) override;
-  void interpolate(const StepView& step, double t, Detail detail, Point& out) override;
   bool is_explicit() const override { return true; }
 
  private:
+  Detail look(const StepView& step, double t, Detail detail, Point& out) override;
   enum class Attempt { accepted, rejected, not_finite };
   const Chebyshev& method(int stages);
   void measure_spectrum();

@@ -251,15 +251,8 @@ ExplicitStepper::Attempt ExplicitStepper::attempt(double dt) {
 bool ExplicitStepper::complete() {
   const std::optional<bool> moved = coded_ && end_.near_conditions ? false : project(next_);
   if (!moved) return false;
-  if (coded_) {
-    std::copy_n(end_.xdot, n(), next_.xdot.data());
-    if (!*moved) return true;
-  } else {
-    const auto last = static_cast<std::ptrdiff_t>(tableau_->stages() - 1);
-    std::copy_n(stages_.K.data() + last * n(), n(), next_.xdot.data());
-    std::copy_n(stages_.Z.data() + last * m(), m(), next_.z.data());
-    if (controller_.rules().fsal && !*moved) return true;
-  }
+  take_slope(next_);
+  if ((coded_ || controller_.rules().fsal) && !*moved) return true;
   if (rhs_(next_.t, next_.x.data(), next_.xdot.data(), next_.z.data())) return true;
   trouble_ = rhs_.reason();
   return false;
@@ -368,11 +361,11 @@ double ExplicitStepper::error_by_doubling(const StepView& step) {
   return largest;
 }
 
-void ExplicitStepper::interpolate(const StepView& step, double t, Detail detail, Point& out) {
+Detail ExplicitStepper::look(const StepView& step, double t, Detail detail, Point& out) {
   const double dt = t - step.from.t;
   if (t >= step.to.t || dt <= 0) {
     out = t >= step.to.t ? step.to : step.from;
-    return;
+    return Detail::full;
   }
   out.t = t;
   const bool computed = detail != Detail::coarse && compute(step.from, dt);
@@ -382,16 +375,30 @@ void ExplicitStepper::interpolate(const StepView& step, double t, Detail detail,
     std::copy_n(end_of_step(), n(), out.x.data());
   } else {
     hermite(step, t, out);
-    if (detail == Detail::coarse) return;
+    if (detail == Detail::coarse) return detail;
   }
-  if (problem_->projects()) problem_->project_if_needed(t, out.x, tolerances_.rtol, tolerances_.atol, 1e-3);
-  if (detail == Detail::state) return;
-  out.xdot = step.to.xdot;  // where stages fail, interpolation between the ends cannot give z
-  out.z = step.to.z;
-  if (computed && !coded_)
-    std::copy_n(stages_.Z.data() + static_cast<std::ptrdiff_t>(tableau_->stages() - 1) * m(), m(),
-                out.z.data());  // near t
-  rhs_.require(t, out.x.data(), out.xdot.data(), out.z.data());
+  const bool moved =
+      problem_->projects() && problem_->project_if_needed(t, out.x, tolerances_.rtol, tolerances_.atol, 1e-3);
+  const bool has_slope = computed && (coded_ || controller_.rules().fsal);
+  if (has_slope || detail == Detail::full) {
+    out.xdot = step.to.xdot;  // where stages fail, interpolation between the ends cannot give z
+    out.z = step.to.z;
+  }
+  if (has_slope || (computed && detail == Detail::full)) take_slope(out);
+  if (has_slope && !moved) return Detail::full;
+  if (detail == Detail::full) rhs_.require(t, out.x.data(), out.xdot.data(), out.z.data());
+  return detail;
+}
+
+/// x′ and z of the last stage, which may lie near the end of the step only.
+void ExplicitStepper::take_slope(Point& out) {
+  if (coded_) {
+    std::copy_n(end_.xdot, n(), out.xdot.data());
+    return;
+  }
+  const auto last = static_cast<std::ptrdiff_t>(tableau_->stages() - 1);
+  std::copy_n(stages_.K.data() + last * n(), n(), out.xdot.data());
+  std::copy_n(stages_.Z.data() + last * m(), m(), out.z.data());
 }
 
 }  // namespace pendula::integrate

@@ -23,13 +23,13 @@ class ExplicitStepper final : public Stepper {
   void start(const Point& point, double end) override;
   void step(double end) override;
   TableauPtr tableau(const StepView&) const override { return tableau_; }
-  void interpolate(const StepView& step, double t, Detail detail, Point& out) override;
   bool is_stiff() const override { return Controller::is_stiff(control_); }
   void restart_stiffness_test() override { control_.hits = control_.steps_since_hit = 0; }
   bool is_explicit() const override { return true; }
   double error_by_doubling(const StepView& step) override;
 
  private:
+  Detail look(const StepView& step, double t, Detail detail, Point& out) override;
   using Controller = StepController<double>;
   /// The tableau without its zeros.
   struct Rows {
@@ -69,6 +69,7 @@ class ExplicitStepper final : public Stepper {
   }
   const double* end_of_step() { return coded_ ? end_.x : behind_stages(0); }
   bool complete();
+  void take_slope(Point& out);
   StepSigns<double> signs(double dt);
 
   TableauPtr tableau_;

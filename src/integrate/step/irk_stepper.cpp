@@ -342,10 +342,10 @@ void IrkStepper::record(double* to) const {
   std::copy(last_.Z.begin(), last_.Z.end(), to);
 }
 
-void IrkStepper::interpolate(const StepView& step, double t, Detail detail, Point& out) {
+Detail IrkStepper::look(const StepView& step, double t, Detail detail, Point& out) {
   if (t >= step.to.t) {
     out = step.to;
-    return;
+    return Detail::full;
   }
   const double* record = step.record;
   const auto level = static_cast<std::size_t>(*record++);
@@ -372,8 +372,9 @@ void IrkStepper::interpolate(const StepView& step, double t, Detail detail, Poin
     out.x[k] = value;
     out.xdot[k] = slope / dt;
   }
-  if (detail == Detail::coarse) return;
+  if (detail == Detail::coarse) return detail;
   refine(step, static_cast<int>(level), t, out);
+  return Detail::full;
 }
 
 /// Evaluates inside a step by a step of the method itself from its beginning to t, at the full order, if the

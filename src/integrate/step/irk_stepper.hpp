@@ -39,10 +39,10 @@ class IrkStepper final : public Stepper {
   std::size_t record_size() const override;
   void record(double* to) const override;
   TableauPtr tableau(const StepView& step) const override { return formulas_[step.record[0]]->tableau; }
-  void interpolate(const StepView& step, double t, Detail detail, Point& out) override;
   bool is_determined() const override { return determined_; }
 
  private:
+  Detail look(const StepView& step, double t, Detail detail, Point& out) override;
   /// Contraction below which the Jacobian serves another step.
   static constexpr double keep_jacobian_below = 0.001;
   enum class Newton { converged, slow, diverged, not_finite };

@@ -349,13 +349,13 @@ bool RosenbrockStepper::refine(const StepView& step, double t, Point& out) {
   return end.regular && out.x.allFinite() && out.z.allFinite() && out.xdot.allFinite();
 }
 
-void RosenbrockStepper::interpolate(const StepView& step, double t, Detail detail, Point& out) {
+Detail RosenbrockStepper::look(const StepView& step, double t, Detail detail, Point& out) {
   if (t >= step.to.t) {
     out = step.to;
-    return;
+    return Detail::full;
   }
   doubtful_ = false;
-  if (detail != Detail::coarse && t > step.from.t && refine(step, t, out)) return;
+  if (detail != Detail::coarse && t > step.from.t && refine(step, t, out)) return Detail::full;
   const double t0 = step.record[0], dt = step.record[1];
   const double* y = step.record + 2;
   std::vector<double> value(static_cast<std::size_t>(N_));
@@ -365,6 +365,7 @@ void RosenbrockStepper::interpolate(const StepView& step, double t, Detail detai
   out.x = Eigen::Map<const Vec>(value.data(), n());
   out.z = Eigen::Map<const Vec>(value.data() + n(), m());
   if (detail == Detail::full) rhs_(t, out.x.data(), out.xdot.data(), out.z.data());
+  return detail;
 }
 
 }  // namespace pendula::integrate

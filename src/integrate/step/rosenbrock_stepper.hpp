@@ -27,9 +27,9 @@ class RosenbrockStepper final : public Stepper {
   void step(double end) override;
   std::size_t record_size() const override { return 2 + last_.dense.size(); }
   void record(double* to) const override;
-  void interpolate(const StepView& step, double t, Detail detail, Point& out) override;
 
  private:
+  Detail look(const StepView& step, double t, Detail detail, Point& out) override;
   void require_constant_mass() const;
   void prepare_code();
   bool use_code();

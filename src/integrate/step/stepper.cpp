@@ -51,6 +51,23 @@ void hermite(const StepView& step, double t, Point& out) {
   out.t = t;
 }
 
+void Stepper::interpolate(const StepView& step, double t, Detail detail, Point& out) {
+  if (detail == Detail::coarse || !(t > step.from.t && t < step.to.t)) {
+    look(step, t, detail, out);
+    return;
+  }
+  const unsigned version = problem_->version();
+  for (const Look& known : looks_)
+    if (known.detail >= detail && known.is_of(step, t, version)) {
+      out = known.point;
+      doubtful_ = known.doubtful;
+      return;
+    }
+  const Detail found = look(step, t, detail, out);
+  looks_[oldest_look_] = {version, step.from.t, step.to.t, step.from.x, step.to.x, found, doubtful_, out};
+  oldest_look_ = (oldest_look_ + 1) % looks_.size();
+}
+
 std::optional<bool> Stepper::project(Point& next) {
   if (!problem_->projects()) return false;
   try {

@@ -2,6 +2,7 @@
 // looks like to the driver (adaptive_run.hpp). One file per family implements it.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -69,8 +70,9 @@ class Stepper {
   /// How many numbers of a step its continuous extension needs beside the two ends; writes them to `to`.
   virtual std::size_t record_size() const { return 0; }
   virtual void record(double*) const {}
-  /// The point at time t of the step. Index 1: with full detail x′ and z solve the equations there.
-  virtual void interpolate(const StepView& step, double t, Detail detail, Point& out) = 0;
+  /// The point at time t of the step. Index 1: with full detail x′ and z solve the equations there. The last
+  /// looks that are not coarse are remembered: a root is looked at several times.
+  void interpolate(const StepView& step, double t, Detail detail, Point& out);
 
   /// The last interpolated point is less accurate than the end of its step: equations that are held on one
   /// side of a border may have a pole on the other side, and a stage came near it.
@@ -100,6 +102,8 @@ class Stepper {
   const Problem& problem() const { return *problem_; }
 
  protected:
+  /// interpolate() without a memory; says how much of the point it has found.
+  virtual Detail look(const StepView& step, double t, Detail detail, Point& out) = 0;
   int n() const { return problem_->n(); }
   int m() const { return problem_->m(); }
   double weight(int i, double size) const { return tolerances_.atol[i] + tolerances_.rtol[i] * size; }
@@ -159,6 +163,23 @@ class Stepper {
   std::string trouble_;  ///< why the last attempt at a step failed, other than by its error
   Point here_, before_;
   double dt_ = 0;
+
+ private:
+  /// A look into a step of the equations of this version.
+  struct Look {
+    unsigned version = 0;
+    double from = 0, to = 0;
+    Vec start, end;
+    Detail detail = Detail::coarse;
+    bool doubtful = false;
+    Point point;
+    bool is_of(const StepView& step, double t, unsigned now) const {
+      return point.t == t && from == step.from.t && to == step.to.t && version == now &&
+             start == step.from.x && end == step.to.x;
+    }
+  };
+  std::array<Look, 4> looks_;
+  std::size_t oldest_look_ = 0;
 };
 
 /// Cubic Hermite interpolation between the ends of a step; z linear.

@@ -70,7 +70,7 @@ StepView SubsystemStepper::view(const Use& use, const StepView& step) const {
   return {use.part.take(step.from), use.part.take(step.to), step.record + 1};
 }
 
-void SubsystemStepper::interpolate(const StepView& step, double t, Detail detail, Point& out) {
+Detail SubsystemStepper::look(const StepView& step, double t, Detail detail, Point& out) {
   const Use& use = uses_[step.record[0]];
   Point some;
   use.stepper->interpolate(view(use, step), t, detail, some);
@@ -78,6 +78,7 @@ void SubsystemStepper::interpolate(const StepView& step, double t, Detail detail
   if (some.xdot.size() == 0) some.xdot = use.part.take(step.to).xdot;
   if (some.z.size() == 0) some.z = use.part.take(step.to).z;
   use.part.put(some, out);
+  return detail;
 }
 
 TableauPtr SubsystemStepper::tableau(const StepView& step) const {

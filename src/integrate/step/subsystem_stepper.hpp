@@ -23,13 +23,13 @@ class SubsystemStepper final : public Stepper {
   void step(double end) override;
   std::size_t record_size() const override { return 1 + inner().record_size(); }
   void record(double* to) const override;
-  void interpolate(const StepView& step, double t, Detail detail, Point& out) override;
   bool is_determined() const override { return false; }  // of the unknowns at work alone
   TableauPtr tableau(const StepView& step) const override;
   bool is_stiff() const override { return inner().is_stiff(); }
   void restart_stiffness_test() override { inner().restart_stiffness_test(); }
 
  private:
+  Detail look(const StepView& step, double t, Detail detail, Point& out) override;
   struct Use {
     Subsystem part;
     std::shared_ptr<Stepper> stepper;

@@ -87,3 +87,39 @@ test("equations with the root of a difference of squares run", function()
   for k = 0, 99 do sum = sum + (f(k/100) + 4*f((k + 0.5)/100) + f((k + 1)/100))/600 end
   expect(sol(y, 1)):near(sum, 1e-8)
 end)
+
+-- Every iteration of a search on the solution is a step of the method: before, 13 to 20 of them a root.
+test("a root takes a few partial steps", function()
+  local x, v, w, u = vars "x v w u"
+  local model = dae { der(x) ~ v, der(v) ~ -x, der(w) ~ u, der(u) ~ -7.3*w }
+  local function run(method, rtol, events)
+    return model:integrate { start = { x = 1, v = 0, w = 0.5, u = 1 }, to = 30, method = method, rtol = rtol,
+      events = events }
+  end
+  for method, stages in pairs { dop853 = 12, dopri5 = 6, tsit5 = 6, verner87 = 13 } do
+    for _, rtol in ipairs { 1e-4, 1e-6, 1e-8 } do
+      local sol = run(method, rtol, { { when = x - 0.3 }, { when = x + w - 0.4 } })
+      expect(#sol.events):equals(24)
+      local more = sol:stats().evaluations - run(method, rtol):stats().evaluations
+      expect(more/24/stages < 9):is_true()
+      for _, event in ipairs(sol.events) do                     -- to rounding, of verner87 10⁻¹³
+        local at = event.which == 1 and x - 0.3 or x + w - 0.4
+        expect(sol(at, event.t)):near(0, 1e-12)
+      end
+    end
+  end
+end)
+
+-- The condition is flat in the middle of the step, where its error was estimated, and steep at the sample.
+test("a coarse sample beside a root of a narrow dip is not believed", function()
+  local w, u = vars "w u"
+  local model = dae { der(w) ~ u, der(u) ~ -7.452461043*w }
+  local rotated = dae { der(w) ~ u, der(u) ~ -7.452461043*w, der(var "x") ~ var "v", der(var "v") ~ -var "x" }
+  local start = { w = -0.0829966867184, u = 2.7205008983 }
+  local events = { { when = 0.42043309 - exp(-290.2888907*(u + 1.25261323)^2) } }
+  local exact = model:integrate { start = start, to = 12, method = "dop853", rtol = 1e-11, events = events }
+  start.x, start.v = -0.284162314004, 0.958776188326
+  local sol = rotated:integrate { start = start, to = 12, method = "dop853", rtol = 7.4458469469271e-06,
+    events = events }
+  expect(#sol.events):equals(#exact.events)
+end)
