@@ -137,4 +137,20 @@ TEST_CASE("scaled exponentials: logarithms of sums of exponentials") {
   CHECK(std::isnan(value(log(1 - exp(x)), 800)));
 }
 
+TEST_CASE("scaled exponentials: quotients whose terms all vanish are their limits") {
+  const Expr f = log(exp(2 * x) + exp(x)), slope = partial(f, x),
+             weight = exp(-x * x) / (exp(-x * x) + 3 * exp(-(x - y) * (x - y)));
+  for (const double far : {-400.0, -800.0, -1e5})
+    CHECK(value(slope, far) == doctest::Approx(1).epsilon(1e-15));
+  for (const double far : {400.0, 1e5}) CHECK(value(slope, far) == doctest::Approx(2).epsilon(1e-15));
+  CHECK(std::abs(value(partial(slope, x), -800.0)) < 1e-15);
+  CHECK(value(exp(x) / (exp(2 * x) + exp(x) * y), -900.0, 4) == doctest::Approx(0.25).epsilon(1e-15));
+  CHECK(value(pow(exp(2 * x) + 4 * exp(2 * x - y), Expr(-0.5)) * exp(x), -900.0) ==
+        doctest::Approx(1 / std::sqrt(5)).epsilon(1e-14));
+  // the larger of two densities, far out
+  CHECK(value(weight, 40.0, 2) == doctest::Approx(std::exp(-156 - std::log(3))).epsilon(1e-12));
+  CHECK(value(weight, -40.0, 2) == doctest::Approx(1).epsilon(1e-15));
+  CHECK_FALSE(is_scaled(exp(x) * (1 + y) / 3));  // no divisor vanishes
+}
+
 }  // namespace pendula::scaled_exponentials_test

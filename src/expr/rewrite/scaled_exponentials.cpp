@@ -34,11 +34,14 @@ struct Growth {
   bool grows = false;     ///< an exponential is in it
   bool divides = false;   ///< one is in a divisor
   bool quotient = false;  ///< ∞/∞ may be in it
+  bool vanishes = false;  ///< it is 0 where all exponentials in it are
+  bool lowers = false;    ///< a divisor that vanishes is in it: 0/0 may be, too
 
   void join(const Growth& other) {
     grows = grows || other.grows;
     divides = divides || other.divides;
     quotient = quotient || other.quotient;
+    lowers = lowers || other.lowers;
   }
 };
 
@@ -95,7 +98,7 @@ class Scaling {
         const Scaled inside = scaled(e.operand(0), true);
         replacements_[e] = inside.s.empty() ? log(inside.v) : inside.s.sum() + log(inside.v);
       } else if (growth.quotient && whole.count(e) && carries(e)) {
-        replacements_[e] = scaled(e, false).product();
+        replacements_[e] = scaled(e, growth.lowers).product();
       }
     }
   }
@@ -104,14 +107,20 @@ class Scaling {
 
  private:
   Growth growth_of(Expr e) const {
-    if (overflows(e.op())) return {true, false, false};
+    if (overflows(e.op())) return {.grows = true, .vanishes = e.op() == Op::exp};
     Growth result;
     if (!carries(e)) return result;
     const Growth& a = growth_.at(e.operand(0));
     result.join(a);
-    if (e.op() == Op::neg) return result;
+    if (e.op() == Op::neg) {
+      result.vanishes = a.vanishes;
+      return result;
+    }
     if (e.op() == Op::pow) {
-      result.divides = result.divides || (a.grows && constant_value(e.operand(1)) < 0);
+      const bool divides = constant_value(e.operand(1)) < 0;
+      result.divides = result.divides || (a.grows && divides);
+      result.lowers = result.lowers || (a.vanishes && divides);
+      result.vanishes = a.vanishes && !divides;
       return result;
     }
     const Growth& b = growth_.at(e.operand(1));
@@ -119,8 +128,13 @@ class Scaling {
     if (e.op() == Op::div) {
       result.divides = result.divides || b.grows;
       result.quotient = result.quotient || (a.grows && b.grows);
+      result.lowers = result.lowers || b.vanishes;
+      result.vanishes = a.vanishes && !b.vanishes;
     } else if (e.op() == Op::mul) {
       result.quotient = result.quotient || (a.divides && b.grows) || (b.divides && a.grows);
+      result.vanishes = a.vanishes || b.vanishes;
+    } else {
+      result.vanishes = a.vanishes && b.vanishes;
     }
     return result;
   }
@@ -137,7 +151,7 @@ class Scaling {
 
   Expr replaced(Expr e) const { return replacements_.empty() ? e : substitute(e, replacements_); }
 
-  /// both_ways: exponents below -40, too, lest all terms of a sum vanish.
+  /// both_ways: exponents below -40, too, lest all terms of a sum vanish: of a divisor, or in a logarithm.
   Scaled scaled(Expr e, bool both_ways) {
     check_stack();
     auto& known = made_[both_ways];
