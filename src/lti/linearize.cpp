@@ -344,7 +344,8 @@ MatX tangent(const MatX& J, int n) {
 /// it, δx = V δξ with some of the variables as ξ, and δξ′ follows from the rows of f for these variables.
 System along_trajectory(const dae::ModelPtr& model, const dae::ConsistentState& at,
                         const LinearizeRequest& request) {
-  const dae::ModelPtr low = dae::reduce(model, "acc");
+  // the rows of a form "array" that was made elsewhere may be singular here, and so would be a form of them
+  const dae::ModelPtr low = dae::reduce(dae::original(model), "acc");
   const dae::ConsistentStatePtr start = start_of_relative(low, at);
   LinearizeRequest again = request;
   if (again.inputs.empty()) again.inputs = model->inputs;

@@ -58,3 +58,34 @@ test("a slope that is 0 where the solution is stays one", function()
     expect(function() sys:init { fix = { x = 0 } } end):fails "The equations are singular here"
   end
 end)
+
+-- Rows that were chosen at a moving point determine nothing at rest: others are chosen at the start.
+test("form array made at a point of its own starts at rest", function()
+  local x, y, u, v, la = vars "x y u v la"
+  for _, pull in ipairs { 0, sign(x*v - y*u)/2 } do
+    local pendulum = dae { der(x) ~ u, der(y) ~ v, der(u) ~ -la*x + pull*y,
+      der(v) ~ -la*y - 9.81 - pull*x, 0 ~ x^2 + y^2 - 1 }
+    local form = pendulum:reduce "array"
+    local at = pendulum:init { fix = { x = 0.6, u = 0 }, guess = { y = -0.8 } }
+    local right = pendulum:reduce "acc" :integrate { start = at, to = 2, rtol = 1e-10 } :final(x)
+    local again = form:init { fix = { x = 0.6, u = 0 }, guess = { y = -0.8 } }
+    expect(again(der(u))):near(at(der(u)), 1e-12)
+    for _, start in ipairs { at, again, { x = 0.6, u = 0, y = -0.8 } } do
+      local sol = form:integrate { start = start, to = 2, rtol = 1e-8 }
+      expect(sol.status):equals "finished"
+      expect(sol:final(x)):near(right, 1e-6)
+    end
+    local linear = form:linearize(at)
+    expect(#linear.states):equals(2)
+  end
+end)
+
+test("a sweep in form array names the rows that its start needs", function()
+  local x, y, u, v, la = vars "x y u v la"
+  local m = param("m", 1)
+  local pendulum = dae { der(x) ~ u, der(y) ~ v, m*der(u) ~ -la*x, m*der(v) ~ -la*y - 9.81*m,
+    0 ~ x^2 + y^2 - 1 }
+  local at = pendulum:init { fix = { x = 0.6, u = 0 }, guess = { y = -0.8 } }
+  expect(function() sweep(pendulum:reduce "array", { start = at, to = 1, params = { m = { 1, 2 } } }) end)
+    :fails 'make it there: reduce("array", { at = start })'
+end)

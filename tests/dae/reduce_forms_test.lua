@@ -211,14 +211,13 @@ test("form array that was made elsewhere chooses its rows anew at the start", fu
   end
 end)
 
-test("form array, a table as start, at rest: the rows of motion that do not determine it name what does", function()
+test("form array, a table as start, at rest: rows that determine it are chosen", function()
   local x, y, u, v, z = vars "x y u v la"        -- names decide which rows are taken
   local pend = dae { der(x) ~ u, der(y) ~ v, der(u) ~ -z*x, der(v) ~ -z*y - 9.81, 0 ~ x^2 + y^2 - 1 }
   local start = { [x] = 0.8, [y] = -0.6, [u] = 0, [v] = 0 }
-  expect(function() pend:reduce("array"):integrate { start = start, to = 1 } end):fails
-    'make it there: reduce("array", { at = start })'
-  local low = pend:reduce("array", { at = pend:init { fix = start } })
-  expect(low:integrate { start = start, to = 1, rtol = 1e-8 }(x^2 + y^2, 1)):near(1, 1e-7)
+  for _, low in ipairs { pend:reduce "array", pend:reduce("array", { at = pend:init { fix = start } }) } do
+    expect(low:integrate { start = start, to = 1, rtol = 1e-8 }(x^2 + y^2, 1)):near(1, 1e-7)
+  end
 end)
 
 -- Gains are rates: 10 in each unit of time means nothing to a pendulum in nanoseconds.

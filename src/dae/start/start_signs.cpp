@@ -72,7 +72,8 @@ Trial trial(const ModelPtr& model, const std::vector<Expr>& signs, int which) {
 
 ConsistentStatePtr start_on_signs(const ModelPtr& model, const StartRequest& request,
                                   const ConsistentState& plain) {
-  if (!model->form.empty() || !model->invariants.empty()) return nullptr;
+  const bool of_model = model->form.empty() || model->form == "array";  // whose rows hold for each sign
+  if (!of_model || !model->invariants.empty()) return nullptr;
   const std::vector<Expr> signs = signs_at_zero(*model, plain);
   if (signs.empty() || signs.size() > most_signs) return nullptr;
   const int count =

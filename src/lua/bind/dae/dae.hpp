@@ -52,13 +52,26 @@ void add_declared(dae::StartRequest& request, const dae::Model& model);
 /// The parameters whose values at the start are not those of the start's model: they were given to init.
 dae::ParameterValues parameter_overrides(const dae::ConsistentState& at);
 
-/// A start of a relative, in the leaves of this model. Throws Error where a state has no value.
+/// A start of a relative, in the leaves of this model. Throws Error where a state has no value. The last
+/// results are cached for loops that begin at one start again and again.
 dae::ConsistentStatePtr translated(const dae::ConsistentStatePtr& at, const dae::ModelPtr& model);
+
+/// The same; but if this model is a form "array" whose rows do not determine the unknowns at the start, the
+/// model of the result is the form with the rows that do.
+dae::ConsistentStatePtr translated_choosing(const dae::ConsistentStatePtr& at, const dae::ModelPtr& model);
+
+/// Throws Error where the start belongs to a form "array" with other rows, for callers that need this one.
+void require_rows(const dae::ConsistentState& at, const dae::ModelPtr& model);
+
+/// init in form "array": by the equations of the model, since rows that were chosen at another point may be
+/// regular at the start and wrong. The model of the result is a form whose rows determine it.
+dae::ConsistentStatePtr start_of_rows(const dae::StartRequest& request, const dae::ModelPtr& model);
 
 /// The option `start` of integrate and its relatives: a result of init (of this model or a relative), or a
 /// table of conditions that init completes (options inputs, params, from are read too). A table that
 /// contradicts only the invariants of a reduced form is accepted with a warning on stderr: its drift is what
-/// drift() explains. Throws Error when it is absent.
+/// drift() explains. Throws Error when it is absent. The start of a form "array" may be that of a form with
+/// other rows, as by translated_choosing().
 dae::ConsistentStatePtr read_start(lua_State* L, const Options& options, const dae::ModelPtr& model);
 
 /// Pushes the option start; of a solution the start at its end. Returns its place on the stack.

@@ -19,7 +19,8 @@ int init(Call& call) {
   request.keep_invariants = o.boolean("consistent", true);
   request.nearest = o.boolean("nearest", false);
   if (o.boolean("declared", true)) add_declared(request, *model);
-  const dae::ConsistentStatePtr at = dae::init(model, request);
+  const dae::ConsistentStatePtr at =
+      model->form == "array" ? start_of_rows(request, model) : dae::init(model, request);
   std::size_t told = 0;
   constexpr std::size_t most = 20;
   for (const dae::Moved& m : at->moved)

@@ -216,36 +216,25 @@ static void require_same_values(const dae::ConsistentState& at, const dae::Consi
     }
 }
 
-/// Rejects a form "array" that was made at another point if its rows do not determine the unknowns at this
-/// start, but other rows do.
-static void require_rows_for(const dae::ConsistentStatePtr& at, const dae::ModelPtr& model) {
-  const auto serves = [&](const dae::ModelPtr& form) {
-    try {
-      translated_states(at, form);
-      return true;
-    } catch (const UserFacing&) {
-      return false;
-    }
-  };
-  if (serves(model)) return;
-  dae::ModelPtr other;
+/// In form "array" whose rows were chosen at another point and do not determine the unknowns at this start: the
+/// start of the form whose rows are chosen here, or the failure of the rows that are there.
+static dae::ConsistentStatePtr translated_to_rows(const dae::ConsistentStatePtr& at,
+                                                  const dae::ModelPtr& model) {
   try {
-    const dae::ModelPtr source = dae::original(model);
-    dae::ReduceOptions here;
-    here.at = translated(at, source)->values;
-    other = dae::reduce_array(source, here);
+    return translated_states(at, model);
   } catch (const UserFacing&) {
-    return;  // the caller reports the failure of this form
+    try {
+      const dae::ModelPtr source = dae::original(model);
+      dae::ReduceOptions here;
+      here.at = translated_choosing(at, source)->values;
+      return translated_states(at, dae::reduce_array(source, here));
+    } catch (const UserFacing&) {  // the first failure is that of the form that was asked for
+    }
+    throw;
   }
-  if (serves(other))
-    throw Error(
-        "the rows that this form \"array\" was made of do not determine the unknowns at this start; "
-        "make it there: reduce(\"array\", { at = start })");
 }
 
-/// The start of a related model in the leaves of this one. The last results are cached for loops that begin
-/// at one start again and again.
-dae::ConsistentStatePtr translated(const dae::ConsistentStatePtr& at, const dae::ModelPtr& model) {
+dae::ConsistentStatePtr translated_choosing(const dae::ConsistentStatePtr& at, const dae::ModelPtr& model) {
   if (at->model == model) return at;
   constexpr std::size_t few = 8;
   using Pair = std::pair<dae::ConsistentStatePtr, dae::ModelPtr>;
@@ -256,9 +245,22 @@ dae::ConsistentStatePtr translated(const dae::ConsistentStatePtr& at, const dae:
   };
   static LruCache<Pair, dae::ConsistentStatePtr, Hash> known(few);
   if (const auto* found = known.find({at, model})) return *found;
-  if (model->form == "array") require_rows_for(at, model);
-  return known.insert(
-      {at, model}, model->form == "dummy" ? translated_to_dummies(at, model) : translated_states(at, model));
+  return known.insert({at, model}, model->form == "dummy"   ? translated_to_dummies(at, model)
+                                   : model->form == "array" ? translated_to_rows(at, model)
+                                                            : translated_states(at, model));
+}
+
+void require_rows(const dae::ConsistentState& at, const dae::ModelPtr& model) {
+  if (at.model == model) return;
+  throw Error(
+      "the rows that this form \"array\" was made of do not determine the unknowns at this start; "
+      "make it there: reduce(\"array\", { at = start })");
+}
+
+dae::ConsistentStatePtr translated(const dae::ConsistentStatePtr& at, const dae::ModelPtr& model) {
+  dae::ConsistentStatePtr here = translated_choosing(at, model);
+  require_rows(*here, model);
+  return here;
 }
 
 static dae::ConsistentStatePtr translated_states(const dae::ConsistentStatePtr& at,
@@ -341,25 +343,20 @@ int push_start(lua_State* L, const Options& options) {
   return index;
 }
 
-/// The start by the equations of the model where the rows of a form "array" do not determine it.
-static dae::ConsistentStatePtr start_of_rows(const dae::StartRequest& request, const dae::ModelPtr& model) {
+dae::ConsistentStatePtr start_of_rows(const dae::StartRequest& request, const dae::ModelPtr& model) {
+  dae::ConsistentStatePtr at;
   try {
+    at = dae::init(dae::original(model), request);
+  } catch (const UserFacing&) {  // conditions on unknowns of the form
     return dae::init(model, request);
-  } catch (const UserFacing&) {
-    dae::ConsistentStatePtr at;
-    try {
-      at = dae::init(dae::original(model), request);
-    } catch (const UserFacing&) {
-    }
-    if (!at) throw;
-    return translated(at, model);
   }
+  return translated_choosing(at, model);
 }
 
 dae::ConsistentStatePtr read_start(lua_State* L, const Options& options, const dae::ModelPtr& model) {
   if (const std::vector<Expr> open = without_start(*model); !options.has("start") && !open.empty()) {
     if (const dae::ConsistentStatePtr only = only_start(L, options, dae::original(model)))
-      return translated(only, model);
+      return translated_choosing(only, model);
     refuse_without_start(open);
   }
   const int index = push_start(L, options);
@@ -370,7 +367,7 @@ dae::ConsistentStatePtr read_start(lua_State* L, const Options& options, const d
                        describe(L, index)));
     const auto at = std::static_pointer_cast<const dae::ConsistentState>(*held);
     lua_pop(L, 1);
-    return translated(at, model);
+    return translated_choosing(at, model);
   }
   if (!lua_istable(L, index) && !lua_isnil(L, index))
     throw Error(

@@ -71,7 +71,7 @@ int integrate_model(Call& call) {
         line.show(text("integrate: t = ", rounded(t, 5), " of ", rounded(to, 5), " (", percent, " %), ",
                        counted(stats.steps, "step")));
       };
-    return integrate::simulate(model, simulation);
+    return integrate::simulate(simulation.start->model, simulation);
   }();
   if (result->solution().ending() == integrate::Ending::interrupted) {
     if (!typed_at_prompt(call.L) || result->solution().t().empty()) throw Interrupted();

@@ -399,11 +399,12 @@ Method read_method(Call& call, const Options& options, bool fixed, const dae::Mo
   return method;
 }
 
-integrate::Simulation read_simulation(Call& call, const Options& options, const dae::ModelPtr& model) {
+integrate::Simulation read_simulation(Call& call, const Options& options, const dae::ModelPtr& asked) {
   integrate::Simulation simulation;
   refuse_contradictions(options);
-  simulation.method = read_method(call, options, options.has("dt"), model.get());
-  simulation.start = read_start(call.L, options, model);
+  simulation.method = read_method(call, options, options.has("dt"), asked.get());
+  simulation.start = read_start(call.L, options, asked);
+  const dae::ModelPtr& model = simulation.start->model;
   simulation.plan = read_plan(call, options, simulation.start->t);
   simulation.parameters = read_all_parameters(call, options, *model);
   simulation.rtol = read_tolerance(call, options, "rtol", *model);

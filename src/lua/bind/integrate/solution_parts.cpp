@@ -201,8 +201,9 @@ const OptionTable part_options = {
 
 /// Restores a solution for evaluation: the model with parameters and inputs, and the computed points.
 int solution_of_parts(Call& call) {
-  const auto model = call.shared<dae::Model>(1, "model");
-  const integrate::Simulation simulation = read_simulation(call, call.options(2), model);
+  const integrate::Simulation simulation =
+      read_simulation(call, call.options(2), call.shared<dae::Model>(1, "model"));
+  const dae::ModelPtr& model = simulation.start->model;
   const Options saved = call.options(3, part_options);
   auto solution = std::make_shared<integrate::Solution>(integrate::make_problem(model, simulation));
   const int n = solution->problem().n(), m = solution->problem().m();

@@ -172,6 +172,7 @@ class Reader {
       const Options options = call_.options(2);
       try {
         request_.simulation = read_simulation(call_, options, model_);
+        require_rows(*request_.simulation.start, model_);
         return;
       } catch (const UserFacing&) {
         if (!first) first = std::current_exception();

@@ -137,7 +137,7 @@ int linearize(Call& call) {
   }
   const dae::ConsistentStatePtr at = read_point(call, model);
   collect_aliases(L);
-  lti::System g = lti::linearize(model, *at, request);
+  lti::System g = lti::linearize(at->model, *at, request);
   for (const std::string& note : g.notes)
     if (note.starts_with("no equilibrium")) warn("linearize: " + note);
   return push_system(call, std::move(g));
