@@ -37,3 +37,17 @@ for k, equation in ipairs(equations) do
     end
   end)
 end
+
+test("a run that begins with one of two roots names the other", function()
+  local a, z = vars "a z"
+  local sys = dae { der(a)^2 ~ 4*a }
+  local function said(sol) return tostring(sol):match "begins with one of several roots[^\n]*" end
+  local sol = sys:integrate { start = { a = 1 }, to = 0.5 }
+  local way = "a′ = ±√(4 a): here 2; -2 by start = sys:init{ fix = { … }, guess = { [a.dot] = -2 } }"
+  expect(said(sol):find(way, 1, true) ~= nil):is_true()
+  local falling = sys:integrate { start = sys:init { fix = { a = 1 }, guess = { [a.dot] = -2 } }, to = 0.5 }
+  expect(said(falling)):equals(nil)
+  expect(falling:final(a)):near(0.25, 1e-5)
+  expect(said(dae { der(a) ~ -z, 0 ~ z^2 - a } :integrate { start = { a = 1 }, to = 0.5 })):matches "z = ±√"
+  expect(said(dae { der(a) ~ -a^2 } :integrate { start = { a = 1 }, to = 0.5 })):equals(nil)
+end)

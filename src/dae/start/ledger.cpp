@@ -167,4 +167,21 @@ std::string ConsistentState::ledger() const {
   return out + residuals.str(2);
 }
 
+std::string ConsistentState::unchosen_roots_text() const {
+  if (!model->form.empty()) return "";
+  const std::vector<Expr> states = model->states();
+  std::string result;
+  for (const Branch& b : branches()) {
+    const auto says = [&](const auto& given) { return resolve(*model, given.first) == b.leaf; };
+    if (std::find(states.begin(), states.end(), b.leaf) != states.end() ||
+        std::any_of(request.guess.begin(), request.guess.end(), says))
+      continue;
+    result += text("  begins with one of several roots, ", b.formula.empty() ? to_text(b.leaf) : b.formula,
+                   ": here ", rounded(b.here), "; ", rounded(b.there),
+                   " by start = sys:init{ fix = { … }, guess = { ", key_text(b.leaf), " = ",
+                   rounded(b.there, 4), " } }\n");
+  }
+  return result;
+}
+
 }  // namespace pendula::dae

@@ -91,6 +91,9 @@ class ConsistentState {
   /// Other roots that the equations have for the same fixes, found from mirrored starting points; at most a
   /// few, small models only. Cost: some further solves.
   std::vector<Branch> branches() const;
+  /// Those of x′ and z that no guess has chosen, for a run: other solutions begin at the same states. One
+  /// line each; "" for reduced forms.
+  std::string unchosen_roots_text() const;
   /// "z = 0 here, where solutions meet: …" where the equations do not determine x′ and z at this start and
   /// several solutions go on; else "". Small models as they were given only.
   std::string crossing() const;

@@ -32,6 +32,7 @@ class Trajectory {
 
   const dae::ModelPtr& model() const { return model_; }
   const Solution& solution() const { return *solution_; }
+  const dae::ConsistentStatePtr& start() const { return start_; }  ///< nullptr if there is none
   /// The expression of an event, for messages: as it was asked for.
   const std::vector<ModelEvent>& events() const { return events_; }
 

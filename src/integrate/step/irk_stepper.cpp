@@ -179,6 +179,9 @@ bool IrkStepper::complete(double dt) {
 
 std::string IrkStepper::blame() const {
   if (trouble_.empty() && rounding_.raised()) return raised_text();
+  if (trouble_.empty() && !determined_ && !f().stiffly_accurate)  // |R(∞)| = 1 for errors of such unknowns
+    return text("The equations determine some derivatives only together with their own derivatives, and ",
+                name_, " does not damp errors of such unknowns; take method = \"radau\" or \"bdf\"");
   return trouble_.empty()
              ? "The solution is singular or not smooth here, or Newton's iteration does not converge"
              : trouble_;

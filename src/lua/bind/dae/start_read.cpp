@@ -216,8 +216,8 @@ static void require_same_values(const dae::ConsistentState& at, const dae::Consi
     }
 }
 
-/// In form "array" whose rows were chosen at another point and do not determine the unknowns at this start: the
-/// start of the form whose rows are chosen here, or the failure of the rows that are there.
+/// In form "array" whose rows were chosen at another point and do not determine the unknowns at this start:
+/// the start of the form whose rows are chosen here, or the failure of the rows that are there.
 static dae::ConsistentStatePtr translated_to_rows(const dae::ConsistentStatePtr& at,
                                                   const dae::ModelPtr& model) {
   try {

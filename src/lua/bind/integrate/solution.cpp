@@ -284,6 +284,8 @@ int solution_text(Call& call) {
   if (solution.ending() == integrate::Ending::event && !solution.events().empty())
     if (const auto* asked = asked_event(trajectory, solution.events().back()); asked != nullptr)
       out.insert(out.find('\n'), origin_text(trajectory, *asked));
+  if (const std::size_t line = out.find('\n'); line != std::string::npos && trajectory.start())
+    out.insert(line + 1, trajectory.start()->unchosen_roots_text());
   return call.push(without_newline(out));
 }
 
