@@ -67,6 +67,12 @@ double RunParts::errors_beyond_estimates() {
   return sum;
 }
 
+std::optional<double> RunParts::passed_growth() {
+  for (const RunPart& piece : pieces_)
+    if (const std::optional<double> when = piece.solution->passed_growth()) return when;
+  return {};
+}
+
 Point RunParts::at(const Points&, double t) {
   std::size_t k = pieces_.size() - 1;
   while (k > 0 && pieces_[k].from > t) --k;

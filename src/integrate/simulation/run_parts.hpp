@@ -52,6 +52,7 @@ class RunParts : public Continuation {
   std::pair<double, double> interval(const Points& saved) const override;
   Point at(const Points&, double t) override;
   double errors_beyond_estimates() override;
+  std::optional<double> passed_growth() override;
 
  private:
   int n_;

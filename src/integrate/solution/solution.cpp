@@ -171,6 +171,12 @@ double Solution::errors() const {
   return stats_.errors + *beyond_estimates_;
 }
 
+std::optional<double> Solution::passed_growth() const {
+  if (!between_ || !outcome_.is_complete()) return {};
+  if (!passed_growth_) passed_growth_ = between_->passed_growth();
+  return *passed_growth_;
+}
+
 /// A warning about accumulated errors: every step keeps its tolerance, but undamped errors add up.
 std::string Solution::errors_text() const {
   if (stats_.rest)
@@ -178,6 +184,10 @@ std::string Solution::errors_text() const {
         "at t = ", rounded(*stats_.rest, 4),
         " the solution almost stood still before it moved: errors within the tolerances decided where to; take a "
         "smaller atol; sol:check() estimates the error\n");
+  if (const std::optional<double> when = passed_growth())
+    return text("from t = ", rounded(*when, 4),
+                " the solution stays where its neighbours depart, since the method damps what grows within a "
+                "step: errors decide whether it should; sol:check() estimates the error\n");
   if (!outcome_.is_complete() || !(errors() > Stats::many_errors)) return "";
   return text("the errors of the steps add up to ", rounded(errors(), 2),
               " tolerances where nothing damps them: sol:check() estimates the error\n");

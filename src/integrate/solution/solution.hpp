@@ -55,6 +55,9 @@ class Continuation {
   /// By how much the errors of doubtful steps exceed their estimates, in tolerances: the sum, which may end
   /// where it is beyond Stats::many_errors. Cost: of two steps for each doubtful one.
   virtual double errors_beyond_estimates() { return 0; }
+  /// When the first step began in which errors of one tolerance grow to the size of the solution and the
+  /// method damps them; nothing where there is none, or the model is large.
+  virtual std::optional<double> passed_growth() { return {}; }
   /// The steps that were taken, for the adjoint. Throws Error where there is none: other methods than
   /// Runge–Kutta, states or derivatives that jump.
   virtual std::vector<DiscreteStep> steps() {
@@ -128,6 +131,7 @@ class Solution {
   const Stats& stats() const { return stats_; }
   /// The errors of the steps, in tolerances: their sum, in which doubtful steps have been judged.
   double errors() const;
+  std::optional<double> passed_growth() const;     ///< see Continuation
   double cpu_seconds() const { return seconds_; }  ///< differs from run to run: shown on request only
   const Problem& problem() const { return *problem_; }
   /// d cost/dp for a number at the end of the run, and d cost/dx at its start (adjoint.hpp).
@@ -189,7 +193,8 @@ class Solution {
   std::string method_;
   double dt_ = 0;
   Stats stats_;
-  mutable std::optional<double> beyond_estimates_;  ///< known when it has been asked for
+  mutable std::optional<std::optional<double>> passed_growth_;  ///< known when it has been asked for
+  mutable std::optional<double> beyond_estimates_;              ///< known when it has been asked for
   double seconds_ = 0;
   Points points_;
   std::vector<EventRecord> events_;

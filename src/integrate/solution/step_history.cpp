@@ -135,6 +135,19 @@ static Point saved_at(const Points& saved, double t) {
                    "(they take too much memory); add it to times = { … }"));
 }
 
+/// ask(stepper, step) for the step that begins at a mesh point, in its modes.
+template <class Ask>
+auto StepHistory::of_step(int mesh_point, const Ask& ask) {
+  const Step& step = steps_[mesh_point + 1];
+  StepView view;
+  mesh_.get(mesh_point, view.from);
+  mesh_.get(mesh_point + 1, view.to);
+  if (step.modes >= 0) modes_[step.modes].problem->set_modes(modes_[step.modes].values);
+  const auto answer = ask(*steppers_[step.stepper], view);
+  if (step.modes >= 0) modes_.back().problem->set_modes(modes_.back().values);
+  return answer;
+}
+
 double StepHistory::errors_beyond_estimates() {
   if (forgotten_) return 0;
   double sum = 0;
@@ -142,24 +155,27 @@ double StepHistory::errors_beyond_estimates() {
     for (const DoubtfulStep& step : steppers_[k]->doubtful_steps()) {
       poll_interrupt();
       const int i = mesh_.index_at(step.t, 0);  // not there if the step was taken back
-      if (i < 0 || i + 1 >= mesh_.size() || mesh_.t()[i] != step.t) continue;
+      if (i + 1 >= mesh_.size() || mesh_.t()[i] != step.t) continue;
       if (steps_[i + 1].stepper != static_cast<int>(k)) continue;
-      sum += std::max(0.0, error_by_doubling(i) - step.estimate);
+      const double error =
+          of_step(i, [](Stepper& stepper, const StepView& view) { return stepper.error_by_doubling(view); });
+      sum += std::max(0.0, error - step.estimate);
       if (sum > Stats::many_errors) return sum;
     }
   return sum;
 }
 
-/// Of the step that begins at a mesh point.
-double StepHistory::error_by_doubling(int mesh_point) {
-  const Step& step = steps_[mesh_point + 1];
-  StepView view;
-  mesh_.get(mesh_point, view.from);
-  mesh_.get(mesh_point + 1, view.to);
-  if (step.modes >= 0) modes_[step.modes].problem->set_modes(modes_[step.modes].values);
-  const double error = steppers_[step.stepper]->error_by_doubling(view);
-  if (step.modes >= 0) modes_.back().problem->set_modes(modes_.back().values);
-  return error;
+std::optional<double> StepHistory::passed_growth() {
+  constexpr int most = 3000;  // steps: a tenth of a second
+  if (forgotten_ || mesh_.size() > most) return {};
+  for (int i = 0; i + 1 < mesh_.size(); ++i) {
+    poll_interrupt();
+    const int stepper = steps_[i + 1].stepper;
+    if (stepper < 0 || steppers_[stepper]->is_explicit()) continue;
+    if (of_step(i, [](Stepper& own, const StepView& view) { return own.passes_growth(view); }))
+      return mesh_.t()[i];
+  }
+  return {};
 }
 
 Point StepHistory::at(const Points& saved, double t) {

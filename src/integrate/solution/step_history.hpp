@@ -38,6 +38,7 @@ class StepHistory : public Continuation, public StepInterpolation {
   double cut(double t);
   Point at(const Points& saved, double t) override;
   double errors_beyond_estimates() override;
+  std::optional<double> passed_growth() override;
   std::vector<DiscreteStep> steps() override;
 
  private:
@@ -57,7 +58,8 @@ class StepHistory : public Continuation, public StepInterpolation {
   };
   std::vector<Modes> modes_;
   void forget_if_large();
-  double error_by_doubling(int mesh_point);
+  template <class Ask>
+  auto of_step(int mesh_point, const Ask& ask);
   StepView view_;
   int viewed_ = -1;
   bool may_forget_ = false, forgotten_ = false;

@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cmath>
 
+#include "base/decompositions.hpp"
 #include "base/text.hpp"
 #include "integrate/problem/rhs_solver.hpp"
 #include "integrate/solve/step_controller.hpp"
@@ -77,6 +78,47 @@ std::optional<bool> Stepper::project(Point& next) {
     trouble_ = failure.what();
     return {};
   }
+}
+
+namespace {
+
+/// The sign of det A; 0: singular, or too near for its sign to mean anything.
+int sign_of_determinant(const Mat& A) {
+  constexpr double rounding = 1e-13;
+  const Eigen::PartialPivLU<Mat> lu(A);
+  const Vec pivots = lu.matrixLU().diagonal();
+  const Vec sizes = pivots.cwiseAbs();
+  if (!pivots.allFinite() || !(sizes.minCoeff() > rounding * sizes.maxCoeff())) return 0;
+  const auto negative = (pivots.array() < 0).count();
+  const int permutation = static_cast<int>(lu.permutationP().determinant());
+  return negative % 2 == 0 ? permutation : -permutation;
+}
+
+}  // namespace
+
+bool Stepper::passes_growth(const StepView& step) {
+  constexpr int small = 30;
+  if (n() == 0 || n() + m() > small || problem_->has_dense_jacobian()) return false;
+  const double rate = -std::log(tolerances_.rtol.head(n()).maxCoeff()) / (step.to.t - step.from.t);
+  return grows(step.from, rate) && grows(step.to, rate);
+}
+
+/// Is an odd number of real eigenvalues of the linearised equations larger than `rate`?
+bool Stepper::grows(const Point& at, double rate) {
+  const Eigen::Index size = n() + m();
+  Mat slopes = Mat::Zero(size, size), all = slopes;
+  problem_->set_point(at.t, at.x.data(), at.xdot.data(), at.z.data());
+  const std::vector<double>& values = problem_->jacobian();
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const auto [row, column] = problem_->pattern()[k];
+    if (column < n()) {
+      all(row, column) += values[k] / rate;
+    } else {
+      slopes(row, column - n()) += values[k];
+      all(row, column - n()) += values[k];
+    }
+  }
+  return sign_of_determinant(slopes) * sign_of_determinant(all) < 0;
 }
 
 std::vector<double> Stepper::time_terms(double t, const double* y, const double* xdot) {

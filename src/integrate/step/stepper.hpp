@@ -84,6 +84,11 @@ class Stepper {
   /// these cannot be made.
   virtual double error_by_doubling(const StepView&) { return 0; }
 
+  /// Do errors of one tolerance grow, by the linearised equations at both ends, to the size of the solution
+  /// within the step? An implicit method damps whatever grows so fast, and stays where every neighbour
+  /// departs. Seen are real modes, an odd number of them, of small models. docs/derivations.md#growth
+  bool passes_growth(const StepView& step);
+
   /// The Runge–Kutta method of a step; none: another kind of method.
   virtual TableauPtr tableau(const StepView&) const { return nullptr; }
 
@@ -144,6 +149,7 @@ class Stepper {
   /// only; where these equations change by orders of magnitude within a tolerance, no step can begin there,
   /// however small. True where here() has changed.
   bool settle_again(RhsSolver& rhs);
+  bool grows(const Point& at, double rate);
   /// |t ∂F/∂t| of every row, by a difference: what rounding of t does to the residuals. y = (x, z).
   std::vector<double> time_terms(double t, const double* y, const double* xdot);
   /// Moves x of a new point onto the conditions of a projected form where it is too far off. Whether x moved;

@@ -138,6 +138,36 @@ test("a run that errors within atol have led away from an equilibrium says so", 
   end
 end)
 
+-- Dahlquist's "knee": behind t = 1 the branch x = 1 - t repels (growth (t - 1)/ε) and x = 0 attracts.
+test("a run that stays on a branch from which neighbours depart says so", function()
+  local x, v = vars "x v"
+  local knee = dae { der(x) ~ ((1 - t)*x - x^2)/1e-6 }
+  local stayed = 0
+  for _, method in ipairs { "auto", "radau", "bdf", "rodas", "gauss" } do
+    for _, rtol in ipairs { 1e-3, 1e-4, 1e-6 } do
+      local sol = knee:integrate { start = { x = 1 }, to = 2, rtol = rtol, method = method }
+      if sol.status == "finished" then
+        local wrong = math.abs(sol(x, 2)) > 0.5
+        if wrong then stayed = stayed + 1 end
+        expect(tostring(sol):find("neighbours depart", 1, true) ~= nil):equals(wrong)
+        expect(tostring(sol:stats()):find("neighbours depart", 1, true) ~= nil):equals(wrong)
+      end
+    end
+  end
+  expect(stayed > 0):is_true()
+  -- growth that the steps follow, and fast transitions
+  local follows = { dae { der(x) ~ x, der(v) ~ -v }, dae { der(x) ~ v, der(v) ~ 100*(1 - x^2)*v - x },
+    dae { der(x) ~ x*(1 - x), der(v) ~ -1e5*(v - x) } }
+  for _, model in ipairs(follows) do
+    for _, method in ipairs { "radau", "bdf", "rodas", "gauss" } do
+      for _, rtol in ipairs { 1e-2, 1e-4, 1e-6 } do
+        local sol = model:integrate { start = { x = 0.5, v = 0 }, to = 20, rtol = rtol, method = method }
+        expect(tostring(sol):find "neighbours depart"):is_nil()
+      end
+    end
+  end
+end)
+
 test("what moves along an unstable direction from a visible start is not suspected", function()
   local x, v = vars "x v"
   local models = { dae { der(x) ~ x*(1 - x), der(v) ~ -v }, dae { der(x) ~ v, der(v) ~ 9.81*sin(x) } }
