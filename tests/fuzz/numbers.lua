@@ -113,7 +113,8 @@ for run = 1, runs do
     if not done or check.second ~= "finished" then
       unsure = unsure + 1
     elseif not check.good then
-      if tostring(sol):find("sol:check() estimates", 1, true) or sol:stats().not_unique ~= "" then said = said + 1
+      local unsure_itself = tostring(sol):find("sol:check() estimates", 1, true) ~= nil
+      if unsure_itself or sol:stats().not_unique ~= "" then said = said + 1
       elseif ill_conditioned(equations, options, sol, check) then unsure = unsure + 1 else
         for i = 1, 3 do print(equations[i], start[names[i]]) end
         error(where .. tostring(check), 0)
