@@ -355,15 +355,19 @@ Detail RosenbrockStepper::look(const StepView& step, double t, Detail detail, Po
     return Detail::full;
   }
   doubtful_ = false;
-  if (detail != Detail::coarse && t > step.from.t && refine(step, t, out)) return Detail::full;
-  const double t0 = step.record[0], dt = step.record[1];
-  const double* y = step.record + 2;
-  std::vector<double> value(static_cast<std::size_t>(N_));
-  out.t = t;
-  out.xdot.resize(n());
-  curve(y, (t - t0) / dt, dt, value.data(), out.xdot.data());
-  out.x = Eigen::Map<const Vec>(value.data(), n());
-  out.z = Eigen::Map<const Vec>(value.data() + n(), m());
+  const bool refined = detail != Detail::coarse && t > step.from.t && refine(step, t, out);
+  if (!refined) {
+    const double t0 = step.record[0], dt = step.record[1];
+    const double* y = step.record + 2;
+    std::vector<double> value(static_cast<std::size_t>(N_));
+    out.t = t;
+    out.xdot.resize(n());
+    curve(y, (t - t0) / dt, dt, value.data(), out.xdot.data());
+    out.x = Eigen::Map<const Vec>(value.data(), n());
+    out.z = Eigen::Map<const Vec>(value.data() + n(), m());
+  }
+  if (refined && problem_->is_ode()) return Detail::full;
+  // a condition of x′ or z is to be the same behind its event, where they are solved for
   if (detail == Detail::full) rhs_(t, out.x.data(), out.xdot.data(), out.z.data());
   return detail;
 }
