@@ -35,7 +35,8 @@ struct Plan {
   std::optional<std::vector<double>> times;
   bool direct = false;  ///< integrate a model of index 2 or more as it stands
 
-  /// Called after every step; true ends the run there (Ending::stop_when).
+  /// Called after every step; true ends the run there (Ending::stop_when). Called at a border of piecewise
+  /// equations, too, where true ends the run at the step before it.
   std::function<bool(const Point&)> stop_when;
 
   bool check_singularities = true;  ///< false: no guards, no blocks

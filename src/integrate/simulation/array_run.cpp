@@ -103,7 +103,8 @@ class ArrayRun {
       if (k == 0 && model == first_ && !simulation_.plan.times && outcome.ending != Ending::stop_when &&
           (!next || *next == model))
         return trajectory;  // unchanged, with its steps for adjoints
-      if (!next && outcome.ending == Ending::stop_when) {
+      const bool stays = next && *next == model && done.t().back() == from;
+      if ((!next || stays) && outcome.ending == Ending::stop_when) {
         if (!keeps(model, part)) {
           outcome =
               stopped_at(done.t().back(), "no other rows of the derivative array determine the solution");
