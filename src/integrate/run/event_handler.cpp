@@ -139,7 +139,7 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
   constexpr double uncertain = 100 * std::numeric_limits<double>::epsilon();
   const bool at_end = s.plan.to - hit.t <= uncertain * std::fabs(s.plan.to);
   point.t = at_end ? s.plan.to : hit.t;
-  // On the border the equations are about to lose rank: the step, which may have found another root, is dropped.
+  // where the equations are about to lose rank on the border, the step may have found another root
   if (surface && first_in_step_ && s.plan.stop_when && s.plan.stop_when(point)) {
     outcome.ending = Ending::stop_when;
     return true;
