@@ -344,13 +344,24 @@ int push_start(lua_State* L, const Options& options) {
 }
 
 dae::ConsistentStatePtr start_of_rows(const dae::StartRequest& request, const dae::ModelPtr& model) {
-  dae::ConsistentStatePtr at;
+  dae::ConsistentStatePtr at, own;
   try {
     at = dae::init(dae::original(model), request);
   } catch (const UserFacing&) {  // conditions on unknowns of the form
     return dae::init(model, request);
   }
-  return translated_choosing(at, model);
+  try {
+    own = dae::init(model, request);
+    require_same_values(*at, *own, *model);
+    return own;
+  } catch (const UserFacing&) {
+  }
+  try {
+    return translated_choosing(at, model);
+  } catch (const UserFacing&) {
+    if (own && own->lost) return own;  // its values differ by their rounding errors, and it says so
+    throw;
+  }
 }
 
 dae::ConsistentStatePtr read_start(lua_State* L, const Options& options, const dae::ModelPtr& model) {
