@@ -13,26 +13,22 @@
 
 namespace pendula::codegen {
 
-namespace {
-
-/// A program as a tape and as machine code.
-struct Tiers {
-  Tape tape;
-  TieredCode code;
-  explicit Tiers(Program program)
-      : tape(program), code(std::move(program), tape.regular_share(), tape.workspace_size()) {}
-
-  void run(const double* in, double* out, double* work) {
-    if (const Machine* machine = code.code())
-      machine->run(in, out, work);
-    else
-      tape.run(in, out, work);
-  }
-};
-
-}  // namespace
-
 struct Kernel::Code {
+  /// A program as a tape and as machine code.
+  struct Tiers {
+    Tape tape;
+    TieredCode code;
+    explicit Tiers(Program program)
+        : tape(program), code(std::move(program), tape.regular_share(), tape.workspace_size()) {}
+
+    void run(const double* in, double* out, double* work) {
+      if (const Machine* machine = code.code())
+        machine->run(in, out, work);
+      else
+        tape.run(in, out, work);
+    }
+  };
+
   Code(std::span<const Expr> outputs, std::span<const Expr> inputs, Divisions divisions)
       : outputs_(outputs.begin(), outputs.end()),
         inputs_(inputs.begin(), inputs.end()),
