@@ -194,7 +194,7 @@ Point StepHistory::at(const Points& saved, double t) {
   view_.record = records_.data() + step.record;
   if (step.modes >= 0) modes_[step.modes].problem->set_modes(modes_[step.modes].values);
   Point out;
-  steppers_[step.stepper]->interpolate(view_, t, Detail::full, out);
+  steppers_[step.stepper]->look(view_, t, Detail::full, out);
   // the run may still be in progress
   if (step.modes >= 0) modes_.back().problem->set_modes(modes_.back().values);
   return out;

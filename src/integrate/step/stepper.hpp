@@ -73,6 +73,8 @@ class Stepper {
   /// The point at time t of the step. Index 1: with full detail x′ and z solve the equations there. The last
   /// looks that are not coarse are remembered: a root is looked at several times.
   void interpolate(const StepView& step, double t, Detail detail, Point& out);
+  /// interpolate() without a memory; says how much of the point it has found.
+  virtual Detail look(const StepView& step, double t, Detail detail, Point& out) = 0;
 
   /// The last interpolated point is less accurate than the end of its step: equations that are held on one
   /// side of a border may have a pole on the other side, and a stage came near it.
@@ -107,8 +109,6 @@ class Stepper {
   const Problem& problem() const { return *problem_; }
 
  protected:
-  /// interpolate() without a memory; says how much of the point it has found.
-  virtual Detail look(const StepView& step, double t, Detail detail, Point& out) = 0;
   int n() const { return problem_->n(); }
   int m() const { return problem_->m(); }
   double weight(int i, double size) const { return tolerances_.atol[i] + tolerances_.rtol[i] * size; }
