@@ -273,9 +273,11 @@ void Stability::finish(int order) {
         for (Surd& c : *p) c = c / scale;
     }
   }
+  const int highest = degree(P_) + degree(Q_);  // of Padé approximants
   for (order_ = order;; ++order_) {
     const std::size_t k = static_cast<std::size_t>(order_) + 1;
     error_constant_ = exponential_part(Q_, order_ + 1) - (k < P_.size() ? P_[k] : Surd());
+    if (order_ >= highest) break;  // the constant may be smaller than the tolerance
     if (!(exact_ ? error_constant_.is_zero() : std::fabs(error_constant_.value()) <= tolerance_)) break;
   }
   Polynomial axis = minus(modulus_on_axis(Q_), modulus_on_axis(P_));

@@ -306,3 +306,13 @@ test("a tableau can be read as it is printed", function()
   expect(function() tableau "0 |\n 1/2 | 1/2 -\n | 0 1" end):fails "line 2: '1/2-' is not a number"
   expect(function() tableau "0 |\n 1/2 | 1/2\n | 0 √" end):fails "line 3"
 end)
+
+-- The error constant of order 79 is 10⁻¹¹⁸, below every tolerance: the search for the order had no end.
+test("stability functions of many stages: order of the Padé approximant", function()
+  for _, s in ipairs { 30, 38, 40 } do
+    local radau, gauss = rk.radau(s):stability(), rk.gauss(s):stability()
+    expect(radau.order):equals(2*s - 1)
+    expect(gauss.order):equals(2*s)
+    expect(radau.A_stable and gauss.A_stable):is_true()
+  end
+end)

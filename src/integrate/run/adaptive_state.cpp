@@ -79,8 +79,7 @@ void AdaptiveState::view_step() {
 
 void AdaptiveState::keep(const Point& last, bool about_to_jump) {
   history->step_to(last, record_);
-  writer.step(last, about_to_jump,
-              [&](double t, Point& out) { stepper().look(view, t, Detail::full, out); });
+  writer.step(last, about_to_jump, [&](double t, Point& out) { stepper().look(view, t, Detail::full, out); });
   reached = last.t;
 }
 
