@@ -169,6 +169,21 @@ test("a saved solution knows what lies between its points", function()
   expect(again(stopped).status):equals(stopped.status)
 end)
 
+test("a saved solution says what the run said about its errors", function()
+  local x = var "x"
+  local growing = dae { der(x) ~ t*x }:integrate {
+    start = { x = 1 }, to = 24, rtol = 1e-3, method = "dop853" }
+  local knee = dae { der(x) ~ ((1 - t)*x - x^2)/1e-6 }:integrate {
+    start = { x = 1 }, to = 2, rtol = 1e-3, method = "bdf" }
+  local root = dae { der(x) ~ sqrt(x) }:integrate { start = { x = 0 }, to = 1 }
+  for words, sol in pairs { ["add up to"] = growing, ["neighbours depart"] = knee, ["not unique"] = root } do
+    expect(tostring(sol)):matches(words)
+    local back = again(sol)
+    expect(tostring(back)):equals(tostring(sol))
+    expect(back:stats().errors):near(sol:stats().errors, 1e-12)
+  end
+end)
+
 test("solutions of constrained models keep their drift", function()
   local sys = problems.pendulum()
   for _, form in ipairs { "ggl", "acc", "project" } do

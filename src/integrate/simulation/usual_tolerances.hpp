@@ -10,7 +10,9 @@ namespace pendula::integrate {
 double usual_rtol(const Simulation& simulation);
 
 /// atol of every unknown (x, z): 10⁻³ rtol for unknowns whose size at the start is 0.1 … 1000, a hundredth of
-/// the size times rtol below, a millionth of it above. Cost: where a size is above 1000, natural_sizes().
+/// the size times rtol below, a millionth of it above. x′ at the start tells a size unless it is gone after
+/// a few millionths of the interval. Cost: where a size is above 1000, two evaluations of x′ and
+/// natural_sizes().
 Vec usual_atol(const Simulation& simulation, const ProblemPtr& problem, const Point& start);
 
 }  // namespace pendula::integrate

@@ -116,6 +116,8 @@ class Solution {
   void set_rounding(std::string remark) { rounding_ = std::move(remark); }
   void set_not_unique(std::string remark) { not_unique_ = std::move(remark); }
   void set_untested(std::string remark) { untested_ = std::move(remark); }
+  /// For a solution that is restored, whose steps are not known.
+  void set_passed_growth(std::optional<double> when) { passed_growth_.emplace(when); }
   void add_method(MethodInUse use) { methods_in_use_.push_back(std::move(use)); }
   void keep_methods(std::size_t count) { methods_in_use_.resize(count); }
   void cut(double t);  ///< takes back what was filled in behind t

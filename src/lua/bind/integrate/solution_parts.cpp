@@ -1,4 +1,6 @@
 // Saving and restoring solutions: sol:parts(), solution_of_parts(model, options, parts).
+#include <optional>
+
 #include "integrate/simulation/problem_setup.hpp"
 #include "integrate/solution/pieces.hpp"
 #include "lua/bind/integrate/integrate.hpp"
@@ -92,7 +94,13 @@ int parts(Call& call) {
   lua_newtable(L);
   for (const auto& [member, name] : counts)
     set_number(L, name, static_cast<double>(solution.stats().*member));
+  set_number(L, "errors", solution.errors());
+  if (const auto rest = solution.stats().rest) set_number(L, "rest", *rest);
+  if (const auto when = solution.passed_growth()) set_number(L, "passed_growth", *when);
   lua_setfield(L, -2, "stats");
+  set_text(L, "rounding", solution.rounding());
+  set_text(L, "not_unique", solution.not_unique());
+  set_text(L, "untested", solution.untested());
   lua_Integer number = 0;
   lua_newtable(L);
   for (const integrate::MethodInUse& use : solution.methods_in_use()) {
@@ -174,15 +182,31 @@ void read_ending(Call& call, const Options& options, integrate::Solution& soluti
   if (outcome.ending == Ending::running) throw Error(text("a solution cannot have ended by '", name, "'"));
   outcome.message = options.string("message", "");
   integrate::Stats stats;
+  std::optional<double> passed_growth;
   const int table = options.push("stats");
-  if (lua_istable(call.L, table))
-    for (const auto& [member, key] : counts) {
+  if (lua_istable(call.L, table)) {
+    const auto number = [&](const char* key) {
       lua_getfield(call.L, table, key);
-      stats.*member = static_cast<long>(to_number(call.L, lua_gettop(call.L), key));
+      const double value = to_number(call.L, lua_gettop(call.L), key);
       lua_pop(call.L, 1);
-    }
+      return value;
+    };
+    const auto number_if_any = [&](const char* key) -> std::optional<double> {
+      const bool known = lua_getfield(call.L, table, key) != LUA_TNIL;
+      lua_pop(call.L, 1);
+      return known ? std::optional(number(key)) : std::nullopt;
+    };
+    for (const auto& [member, key] : counts) stats.*member = static_cast<long>(number(key));
+    stats.errors = number_if_any("errors").value_or(0);  // not in files of earlier versions
+    stats.rest = number_if_any("rest");
+    passed_growth = number_if_any("passed_growth");
+  }
   lua_settop(call.L, table - 1);
   solution.finish(outcome, stats, options.number("seconds", 0));
+  solution.set_passed_growth(passed_growth);
+  solution.set_rounding(options.string("rounding", ""));
+  solution.set_not_unique(options.string("not_unique", ""));
+  solution.set_untested(options.string("untested", ""));
 }
 
 /// The result of sol:parts().
@@ -194,7 +218,10 @@ const OptionTable part_options = {
     {"method", "string", "", "its name"},
     {"dt", "number", "0", "a fixed step, in s"},
     {"seconds", "number", "0", "what it took"},
-    {"stats", "table", "", "counts"},
+    {"stats", "table", "", "counts, errors and what they may have decided"},
+    {"rounding", "string", "", "as in sol:stats()"},
+    {"not_unique", "string", "", "as in sol:stats()"},
+    {"untested", "string", "", "as in sol:stats()"},
     {"events", "list", "", "what happened"},
     {"methods", "list", "", "method families used in turn"},
 };
