@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <utility>
 
 #include "base/lru_cache.hpp"
 #include "base/text.hpp"
@@ -19,6 +20,7 @@ ExplicitStepper::ExplicitStepper(ProblemPtr problem, TableauPtr tableau, Toleran
       controller_(scheme_->rules, n()),
       rhs_(problem_, stats),
       rows_(scheme_->rows),
+      inverse_atol_(tolerances_.atol.head(n()).cwiseInverse()),
       stage_accuracy_(n() > 0 ? 1e-4 * tolerances_.rtol.head(n()).minCoeff() : 0) {
   const int stages = tableau_->stages();
   code_ = CompiledExplicitStep::make(*problem_, *tableau_, controller_.rules().stiff_stage, tolerances_);
@@ -112,6 +114,7 @@ void ExplicitStepper::start(const Point& point, double end) {
   rhs_.require(here_.t, here_.x.data(), here_.xdot.data(), here_.z.data());
   control_ = controller_.start(limits_.dt_first > 0 ? limits_.dt_first : first_step(end));
   last_error_ = 0;
+  size_ = size_of(here_.x);
   dt_ = control_.dt;
 }
 
@@ -310,6 +313,7 @@ void ExplicitStepper::step(double end) {
     std::swap(before_, here_);
     std::swap(here_, next_);
     ++stats_.steps;
+    size_before_ = std::exchange(size_, size_of(here_.x));
     return;
   }
 }
@@ -325,20 +329,21 @@ void ExplicitStepper::step(double end) {
 /// which stages and steps pass alike (b′ = b/(sin(e^t b)² + 1)).
 bool ExplicitStepper::is_last_step_doubtful(double dt) const {
   constexpr double growth = 4, share = 0.2;
-  constexpr long few = 3000;  // unknowns times steps
   if (n() == 0 || last_error_ == 0 || stats_.errors > Stats::many_errors) return false;
-  if (stats_.steps * n() <= few) return true;
+  if (stats_.steps * n() <= few_values) return true;
   const double length = here_.t - before_.t;
   if (error_now_ < Controller::unresolved && (error_now_ > 1 || dt < length)) {
     const double hindsight = error_now_ * std::pow(length / dt, controller_.rules().control_order);
     // a root mean square of few components hides the largest one
     if (std::sqrt(std::min(n(), 9)) * hindsight > share * Stats::many_errors) return true;
   }
-  const auto size = [this](const Vec& x) {
-    return x.cwiseAbs().cwiseQuotient(tolerances_.atol.head(n())).maxCoeff();
-  };
-  const double before = size(before_.x);
-  return size(here_.x) > growth * before && before * tolerances_.rtol.head(n()).minCoeff() > 1;
+  return size_ > growth * size_before_ && size_before_ > 1 / tolerances_.rtol.head(n()).minCoeff();
+}
+
+/// The largest component of x in units of atol; 0 while all steps are doubtful.
+double ExplicitStepper::size_of(const Vec& x) const {
+  if (n() == 0 || stats_.steps * n() < few_values) return 0;
+  return x.cwiseAbs().cwiseProduct(inverse_atol_).maxCoeff();
 }
 
 double ExplicitStepper::error_by_doubling(const StepView& step) {

@@ -60,7 +60,10 @@ class ExplicitStepper final : public Stepper {
   double first_step(double end);
   bool compute(const Point& from, double dt);
   Attempt attempt(double dt);
+  static constexpr long few_values =
+      3000;  ///< of a run, unknowns times steps: all of its steps can be judged
   bool is_last_step_doubtful(double dt) const;
+  double size_of(const Vec& x) const;
   double error_norm();
   double unresolved();
   /// 0: x at the end of the step, 1 and 2: its error estimates.
@@ -78,6 +81,7 @@ class ExplicitStepper final : public Stepper {
   StepState<double> control_;
   RhsSolver rhs_;
   const Rows& rows_;
+  Vec inverse_atol_;
   double stage_accuracy_;  ///< relative, of x′ and z that no mesh point keeps
   std::shared_ptr<CompiledExplicitStep> code_;
   CompiledExplicitStep::End end_{};
@@ -87,6 +91,7 @@ class ExplicitStepper final : public Stepper {
   std::vector<double> scaled_;  ///< the error, in units of the tolerance
   Vec largest_z_;               ///< so far
   double error_now_ = 0;
+  double size_ = 0, size_before_ = 0;  ///< of x in here() and before(), in units of atol
   double last_error_ = 0;  ///< estimate for the step from before() to here(); 0: none, or it is doubtful
   StepSigns<double> signs_;
   Point next_;
