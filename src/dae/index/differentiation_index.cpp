@@ -156,6 +156,15 @@ bool exact_in_general(const Model& m, const Analysis& a) {
   return lower.cannot_determine(rank);
 }
 
+/// A bound that the derivative array reaches is the index.
+void confirm_by_array(const Model& m, IndexResult& t) {
+  if (!t.index_is_bound) return;
+  const int points = points_beyond(m, t.index - 1);
+  if (points < 2) return;  // a single point may be an accident
+  t.evidence += text(", and derivative array at ", points, " points");
+  t.index_is_bound = false;
+}
+
 /// The index by structure, with the number of points at which it was confirmed.
 IndexResult confirmed_structure(const Model& m, const Analysis& a) {
   const auto n = static_cast<int>(m.variables.size());
@@ -173,6 +182,7 @@ IndexResult confirmed_structure(const Model& m, const Analysis& a) {
   const bool at_points = a.solutions && a.solutions->points > 0;
   t.is_unconfirmed = a.solutions && !at_points;
   t.index_is_bound = a.index > 1 && !(at_points ? a.solutions->index_proved > 0 : exact_in_general(m, a));
+  confirm_by_array(m, t);
   return t;
 }
 
@@ -204,12 +214,7 @@ IndexResult without_regular_structure(const ModelPtr& model, const Analysis& a, 
   t.conditions = IndexResult::Conditions::of_regularised;
   t.index = regularised->differentiations;
   t.index_is_bound = t.index > 1;
-  if (!t.index_is_bound) return t;
-  // a single point may be an accident
-  if (const int points = points_beyond(*model, t.index - 1); points > 1) {
-    t.evidence += text(", and derivative array at ", points, " points");
-    t.index_is_bound = false;
-  }
+  confirm_by_array(*model, t);
   return t;
 }
 

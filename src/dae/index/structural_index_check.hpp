@@ -17,7 +17,9 @@ namespace pendula::dae {
 int points_of_agreement(const Model& model, const Analysis& analysis);
 
 /// The number of points (at most 3) of F_k = 0 at which x′ is not determined, so that the index is above k; 0
-/// if x′ is determined at one of them. Cost: a dense rank of order (k + 1) n at each.
+/// if x′ is determined at one of them. Of large models looked at are parts that are closed, equations in as
+/// many unknowns: the other equations, which determine the others, tell nothing about these. Cost: a dense
+/// rank of order (k + 1) n at each, n up to 300.
 int points_beyond(const Model& model, int k);
 
 }  // namespace pendula::dae

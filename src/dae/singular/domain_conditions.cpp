@@ -9,6 +9,7 @@
 #include "dae/model/truncated_text.hpp"
 #include "expr/graph/depends_on.hpp"
 #include "expr/graph/derivative.hpp"
+#include "expr/rewrite/rewrite.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -56,12 +57,18 @@ class Collector {
   void add_power(Expr term) {
     const Expr base = term.operand(0), exponent = term.operand(1);
     const mpq_class* q = exact_value(exponent);
-    if (!q || q->get_den() != 1) return add_one(base, term, false);
-    if (*q < 0) add_poles(base, term);
+    if (q && *q < 0) return add_poles(base, term);
+    if (!q || q->get_den() != 1) add_one(base, term, false);
   }
   void add_poles(Expr denominator, Expr term) {
     if (denominator.is_constant() || !varies(denominator)) return;
-    for (Expr factor : factors_of(denominator)) add_one(factor, term, sign_of(factor) == 0);
+    for (Expr factor : factors_of(denominator)) {
+      if (factor.is_symbol() || factor.op() != Op::ifelse) {
+        add_one(factor, term, sign_of(factor) == 0);
+        continue;
+      }
+      for (int branch : {1, 2}) add_poles(factor.operand(branch), term);  // one of them vanishes with it
+    }
   }
   void add_one(Expr factor, Expr term, bool pole) {
     if (factor.is_constant() || !varies(factor) || !seen_.insert(factor).second) return;
@@ -70,6 +77,14 @@ class Collector {
   std::unordered_set<Expr> seen_;
 };
 
+/// The signs that stand for branches held fixed (internal symbols), each with the value 1.
+Substitution signs_in(const std::vector<Expr>& expressions) {
+  Substitution one;
+  for (Expr leaf : leaves(expressions))
+    if (leaf.is_symbol() && symbol_of(leaf).kind == Kind::slot) one[leaf] = 1;
+  return one;
+}
+
 }  // namespace
 
 std::string DomainCondition::reason() const {
@@ -77,7 +92,13 @@ std::string DomainCondition::reason() const {
                          (term.op() == Op::pow && sign_of(term.operand(1)) > 0);
   const bool is_root = has_value && term.op() != Op::asin && term.op() != Op::acos;
   const bool of_amount = factor.op() == Op::abs;
-  return text(truncated_text(factor), " = 0 there, and ", truncated_text(term, 60),
+  // a branch that is held fixed is |x| = σ x with a sign σ that users have not written
+  const Substitution signs = signs_in({factor, term});
+  const std::string name = signs.empty() ? truncated_text(term, 60)
+                           : pole        ? "what is divided by it"
+                           : is_root     ? "its root"
+                                         : "a function of it";
+  return text(truncated_text(simplify(substitute(factor, signs))), " = 0 there, and ", name,
               has_value ? " has no derivative" : " is not defined",
               is_root && of_amount
                   ? " (for sign(u)*sqrt(abs(u)) write u/(u^2 + s^2)^(1/4), s small: it has one)"

@@ -11,7 +11,7 @@ namespace pendula::dae {
 /// Where `factor` is 0, `term` is infinite (1/x, tan x) or, on one side of it, no number (log x, √x).
 struct DomainCondition {
   Expr factor, term;
-  bool pole;  ///< term is a number on both sides of it, and the factor may change its sign
+  bool pole;  ///< term is infinite there, and the factor may change its sign (|x|^(-1/2): x)
 
   /// "x = 0 there, and 1/x is not defined".
   std::string reason() const;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
@@ -23,6 +24,24 @@ bool is_fixed(Expr e) {
   });
 }
 
+/// A bound that only keeps a function in its domain, as in max(u, 0).
+bool is_floor(Expr e) {
+  return e.is_constant() && std::fabs(constant_value(e)) <= std::numeric_limits<double>::min();
+}
+
+/// √u for √max(floor, u), which a step evaluates.
+Expr without_floor(Expr root) {
+  const Expr bounded = root.operand(0);
+  if (bounded.is_constant() || bounded.is_symbol() || bounded.op() != Op::max) return root;
+  for (int i : {0, 1})
+    if (is_floor(bounded.operand(i)) && !bounded.operand(i).is_zero())
+      return substitute(root, {{bounded, bounded.operand(1 - i)}});
+  return root;
+}
+
+/// A factor that never vanishes: a number, a parameter, exp(v).
+bool keeps_sign(Expr e) { return is_fixed(e) || std::abs(dae::sign_of(e)) == 2; }
+
 /// The factor with which a root vanishes and at which it changes its sign: 2 g |h| vanishes with h.
 Expr inside(Expr e) {
   for (;;) {
@@ -33,14 +52,14 @@ Expr inside(Expr e) {
         continue;
       case Op::max:
       case Op::min:
-        if (!e.operand(0).is_zero() && !e.operand(1).is_zero()) return e;
-        e = e.operand(e.operand(0).is_zero() ? 1 : 0);
+        if (!is_floor(e.operand(0)) && !is_floor(e.operand(1))) return e;
+        e = e.operand(is_floor(e.operand(0)) ? 1 : 0);
         continue;
       case Op::mul:
       case Op::div:
-        if (is_fixed(e.operand(1)))
+        if (keeps_sign(e.operand(1)))
           e = e.operand(0);
-        else if (e.op() == Op::mul && is_fixed(e.operand(0)))
+        else if (e.op() == Op::mul && keeps_sign(e.operand(0)))
           e = e.operand(1);
         else
           return e;
@@ -96,7 +115,8 @@ std::vector<UniquenessCheck::Root> UniquenessCheck::roots_of(const Problem& prob
     const Expr argument = inside(node.operand(0));
     // a sum of squares, as in lengths, whose gradient vanishes with it
     if (dae::sign_of(argument) != 0) continue;
-    if (moves_by_states(argument, equations->x)) roots.push_back({chain_of(argument, *equations), node});
+    if (moves_by_states(argument, equations->x))
+      roots.push_back({chain_of(argument, *equations), without_floor(node)});
   }
   return known.insert(equations, std::move(roots), 1000 + equations->F.size());
 }
@@ -126,9 +146,14 @@ void UniquenessCheck::evaluate(const Point& point) {
   kernel_(problem_->values().data(), out_.data());
 }
 
-std::string UniquenessCheck::at(RhsSolver& derivative, const Point& point, const Tolerances& tolerances) {
+std::string UniquenessCheck::at(RhsSolver& derivative, const Point& point, const Tolerances& tolerances,
+                                bool is_root) {
+  // Relative to the size of u. The error of a located root is that of its time, 10⁻¹⁰; the step that is then
+  // made to it differs from the interpolated one by a part of its tolerance.
+  constexpr double of_time = 1e-10, of_step = 0.1;
+  const double located = is_root ? std::max(of_time, of_step * tolerances.rtol.maxCoeff()) : of_time;
   for (std::size_t k = 0; k < roots_.size(); ++k)
-    if (leaves_from(k, derivative, point, tolerances))
+    if (leaves_from(k, derivative, point, tolerances, located))
       return text("not unique from t = ", rounded(point.t, 6), " on: ", to_text(roots_[k].chain[0]),
                   " = 0 there, where ", to_text(roots_[k].node),
                   " has an infinite slope; one solution stays, others leave");
@@ -136,8 +161,7 @@ std::string UniquenessCheck::at(RhsSolver& derivative, const Point& point, const
 }
 
 bool UniquenessCheck::leaves_from(std::size_t k, RhsSolver& derivative, const Point& point,
-                                  const Tolerances& tolerances) {
-  constexpr double located = 1e-10;  // relative to the size of u: the error of a located root
+                                  const Tolerances& tolerances, double located) {
   evaluate(point);
   const auto m = static_cast<Eigen::Index>(roots_[k].chain.size());
   Vec unit(states_), value(m);

@@ -29,8 +29,9 @@ class UniquenessCheck {
   bool empty() const { return roots_.empty(); }
 
   /// "x = 0 at t = 1 …" where more than one solution leaves this point, else "". Cost: a kernel of the
-  /// arguments; six evaluations of x′ for each that is 0. derivative: of the equations in force.
-  std::string at(RhsSolver& derivative, const Point& point, const Tolerances& tolerances);
+  /// arguments; six evaluations of x′ for each that is 0. derivative: of the equations in force. is_root: a
+  /// step ended here because a border was found here, and u is 0 within its error.
+  std::string at(RhsSolver& derivative, const Point& point, const Tolerances& tolerances, bool is_root);
 
  private:
   /// u, u′, u″ … as far as they are functions of t and the states without roots, and the root of u.
@@ -46,7 +47,8 @@ class UniquenessCheck {
   }
   /// d/dt of the last of chain k, if the solution went through this point.
   double rate(std::size_t k, RhsSolver& derivative, Point point);
-  bool leaves_from(std::size_t k, RhsSolver& derivative, const Point& point, const Tolerances& tolerances);
+  bool leaves_from(std::size_t k, RhsSolver& derivative, const Point& point, const Tolerances& tolerances,
+                   double located);
   bool escapes(std::size_t k, RhsSolver& derivative, const Point& on, const Vec& direction, double size);
 
   ProblemPtr problem_;

@@ -55,7 +55,8 @@ class FixedStepMonitors : public MonitorList {
     domain_.start(point);
   }
   std::optional<Stop> after(const Point& before, const Point& here) {
-    if (const auto reason = domain_.passed(*problem_, before, here)) return Stop{before.t, *reason, before.t};
+    if (const auto passed = domain_.passed(*problem_, before, here); !passed.reason.empty())
+      return Stop{before.t, passed.reason, before.t};
     if (empty_) return {};
     const Stats none;
     return MonitorList::after({before, here, true, none});

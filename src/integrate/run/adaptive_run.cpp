@@ -243,13 +243,21 @@ class AdaptiveRun {
     if (integrate_up_to(state_, method_, from, stop.t)) outcome = {Ending::stop_when, ""};
   }
 
-  /// Rejects a step across a pole. Shorter steps approach the pole until the run ends before it.
+  /// Rejects a step across a pole. Shorter steps approach the pole until the run ends before it, or until
+  /// what an integrable one contributes to a step is below the tolerance. Below the shortest step it is an
+  /// error.
   bool has_passed_pole(RunOutcome& outcome) {
     const double t = stepper().before().t;
-    const auto reason = domain_.passed(*state_.problem, stepper().before(), stepper().here());
-    if (!reason) return false;
-    if (!events_.repeated_shorter()) outcome = stopped_at(t, *reason);
-    return true;
+    const auto passed = domain_.passed(*state_.problem, stepper().before(), stepper().here());
+    if (!passed) return false;
+    if (events_.repeated_shorter()) return true;
+    if (!passed.reason.empty()) {
+      outcome = stopped_at(t, passed.reason);
+      return true;
+    }
+    state_.stats().errors += passed.error;
+    domain_.restart(stepper().here());
+    return false;
   }
 
   /// The solution at the stopping time, extrapolated from the last step if necessary.

@@ -120,7 +120,7 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
   // an unfrozen branch was evaluated beyond its border; the step must end at the border
   if (beyond && first_in_step_ && repeated_up_to(hit.t)) return true;
   Point point = point_of(hit, surface && !frozen);
-  if (surface && s.stepper().is_doubtful() && first_in_step_ && repeated_shorter()) return true;
+  if (surface && repeated_for_doubt()) return true;
   if (is_contradictory(hit, point)) {
     if (s.finder.rests(hit, s.stepper(), s.view)) return false;
     if (first_in_step_ && repeated_shorter()) return true;
@@ -259,6 +259,14 @@ bool EventHandler::end_before(const EventFinder::Hit& hit, const Event& event, R
 bool EventHandler::repeated_shorter() {
   const double dt = (state_.stepper().here().t - state_.stepper().before().t) / 4;
   return dt >= 1e-10 * state_.interval() && repeated(dt);
+}
+
+/// The last interpolated point is not as accurate as its step: shorter ones, or its error counts.
+bool EventHandler::repeated_for_doubt() {
+  if (!state_.stepper().is_doubtful()) return false;
+  if (first_in_step_ && repeated_shorter()) return true;
+  state_.stats().errors += state_.stepper().error_inside();
+  return false;
 }
 
 bool EventHandler::is_defined(const Point& point) const {

@@ -51,7 +51,7 @@ void ModeTracker::begin(const Point& point, const Crossings& crossed) {
   if (on_edge) begin_with_short_step();
   if (!uniqueness_.empty() && state_.solution->not_unique().empty())
     state_.solution->set_not_unique(
-        uniqueness_.at(derivative(), state_.stepper().here(), state_.plan.tolerances));
+        uniqueness_.at(derivative(), state_.stepper().here(), state_.plan.tolerances, !crossed.empty()));
 }
 
 void ModeTracker::begin_in_some_mode(Point point, const Crossings& crossed) {

@@ -374,7 +374,7 @@ Detail ExplicitStepper::look(const StepView& step, double t, Detail detail, Poin
   }
   out.t = t;
   const bool computed = detail != Detail::coarse && compute(step.from, dt);
-  doubtful_ = computed && !(error_norm() <= largest_inside);
+  error_inside_ = computed ? error_norm() : 0;
   if (computed) {
     out.x.resize(n());
     std::copy_n(end_of_step(), n(), out.x.data());

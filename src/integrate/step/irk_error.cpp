@@ -31,6 +31,21 @@ double IrkStepper::filtered_error(const double* y) {
   return std::max(sum.norm(N_), 1e-10);
 }
 
+/// The distance, in tolerances, of a step to a point inside an accepted one from the continuous extension of
+/// the latter; 0 unless it is farther than this has moved in all. No error estimate controls the inner step,
+/// whose last stage may lie on a pole.
+double IrkStepper::departure(const StepView& step, const Point& curve, const Point& inside) const {
+  constexpr double several = 100;  // tolerances: the extension has a lower order
+  double farthest = 0;
+  for (int i = 0; i < n(); ++i) {
+    const double distance = std::fabs(inside.x[i] - curve.x[i]);
+    const double unit = weight(i, std::fabs(step.from.x[i]));
+    if (!(distance <= std::fabs(step.to.x[i] - step.from.x[i]) + several * unit))
+      farthest = std::max(farthest, distance / unit);
+  }
+  return farthest;
+}
+
 /// The error in tolerances. The matrix in front of the estimate damps it excessively if the matrix is
 /// inaccurate or belongs to a fast growing solution; then the undamped estimate is used.
 double IrkStepper::error_norm(double dt, bool again) {

@@ -346,6 +346,7 @@ void IrkStepper::record(double* to) const {
 }
 
 Detail IrkStepper::look(const StepView& step, double t, Detail detail, Point& out) {
+  error_inside_ = 0;
   if (t >= step.to.t) {
     out = step.to;
     return Detail::full;
@@ -390,7 +391,9 @@ void IrkStepper::refine(const StepView& step, int level, double t, Point& out) {
       inside = std::make_shared<IrkStepper>(name_, problem_, formulas_, index_, tolerances_, limits_,
                                             last_.inside_stats);
     inside->determined_ = determined_;
-    if (inside->reaches(step, level, t)) {
+    const bool reached = inside->reaches(step, level, t);
+    if (reached) error_inside_ = departure(step, out, inside->next_);
+    if (reached && !is_doubtful()) {
       out = inside->next_;
       out.t = t;
       return;

@@ -171,6 +171,7 @@ class IrkStepper final : public Stepper {
   void reject(double dt, Rejection why, double error = 0);
   void refine(const StepView& step, int level, double t, Point& out);
   bool reaches(const StepView& step, int level, double t);
+  double departure(const StepView& step, const Point& curve, const Point& inside) const;
   RoundingFloor::Answer at_rounding(double dt, double length);
   std::string blame() const;
 

@@ -345,7 +345,7 @@ bool RosenbrockStepper::refine(const StepView& step, double t, Point& out) {
   out.x = Eigen::Map<const Vec>(end.y, n());
   out.z = Eigen::Map<const Vec>(end.y + n(), m());
   out.xdot = Eigen::Map<const Vec>(end.xdot, n());
-  doubtful_ = !(ErrorSum::norm(end.sum, end.largest, N_) <= largest_inside);
+  error_inside_ = ErrorSum::norm(end.sum, end.largest, N_);
   return end.regular && out.x.allFinite() && out.z.allFinite() && out.xdot.allFinite();
 }
 
@@ -354,7 +354,7 @@ Detail RosenbrockStepper::look(const StepView& step, double t, Detail detail, Po
     out = step.to;
     return Detail::full;
   }
-  doubtful_ = false;
+  error_inside_ = 0;
   const bool refined = detail != Detail::coarse && t > step.from.t && refine(step, t, out);
   if (!refined) {
     const double t0 = step.record[0], dt = step.record[1];

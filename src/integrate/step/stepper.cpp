@@ -61,11 +61,11 @@ void Stepper::interpolate(const StepView& step, double t, Detail detail, Point& 
   for (const Look& known : looks_)
     if (known.detail >= detail && known.is_of(step, t, version)) {
       out = known.point;
-      doubtful_ = known.doubtful;
+      error_inside_ = known.error;
       return;
     }
   const Detail found = look(step, t, detail, out);
-  looks_[oldest_look_] = {version, step.from.t, step.to.t, step.from.x, step.to.x, found, doubtful_, out};
+  looks_[oldest_look_] = {version, step.from.t, step.to.t, step.from.x, step.to.x, found, error_inside_, out};
   oldest_look_ = (oldest_look_ + 1) % looks_.size();
 }
 

@@ -78,7 +78,9 @@ class Stepper {
 
   /// The last interpolated point is less accurate than the end of its step: equations that are held on one
   /// side of a border may have a pole on the other side, and a stage came near it.
-  bool is_doubtful() const { return doubtful_; }
+  bool is_doubtful() const { return !(error_inside_ <= largest_inside); }
+  /// The error of that point, in tolerances, as far as the method knows it.
+  double error_inside() const { return error_inside_; }
 
   /// Steps that what followed them has made doubtful, in the order of time.
   const std::vector<DoubtfulStep>& doubtful_steps() const { return doubtful_steps_; }
@@ -164,7 +166,7 @@ class Stepper {
   Tolerances tolerances_;
   StepLimits limits_;
   Stats& stats_;
-  bool doubtful_ = false;  ///< see is_doubtful()
+  double error_inside_ = 0;
   std::vector<DoubtfulStep> doubtful_steps_;
   std::string trouble_;  ///< why the last attempt at a step failed, other than by its error
   Point here_, before_;
@@ -177,7 +179,7 @@ class Stepper {
     double from = 0, to = 0;
     Vec start, end;
     Detail detail = Detail::coarse;
-    bool doubtful = false;
+    double error = 0;
     Point point;
     bool is_of(const StepView& step, double t, unsigned now) const {
       return point.t == t && from == step.from.t && to == step.to.t && version == now &&

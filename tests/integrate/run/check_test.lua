@@ -151,6 +151,7 @@ test("a run that stays on a branch from which neighbours depart says so", functi
         if wrong then stayed = stayed + 1 end
         expect(tostring(sol):find("neighbours depart", 1, true) ~= nil):equals(wrong)
         expect(tostring(sol:stats()):find("neighbours depart", 1, true) ~= nil):equals(wrong)
+        expect(sol:stats().growth ~= nil):equals(wrong)
       end
     end
   end

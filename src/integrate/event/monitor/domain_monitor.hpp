@@ -4,16 +4,15 @@
 // the step and has grown (or the reverse): stages on both sides of a pole can deceive an error estimate.
 //
 // That alone is no reason to stop: sin(x)/x is bounded, 1/x may stand in a branch that is not in force. The
-// residual F decides: on a straight line through the zero of g, at distances that shrink by 10⁻³ each time, a
-// pole of order k grows by 10³ᵏ; a bounded residual, or one that grows like a logarithm, does not. A bounded
-// residual without limit, such as cos(1/x), ends the run, too: its changes neither fade nor keep their sign.
+// equations on a straight line through the zero of g decide (pole_test.hpp). Integrable poles do not end a
+// run, but a step across them, or one that ends or begins almost in them, may err by what it has of their
+// area.
 //
 // Where the equations are bounded and their derivatives are not, as of sin(a/b) where a and b
 // vanish together, the run continues, but solutions that were closer than every tolerance may
 // diverge from each other behind the zero.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,8 +36,13 @@ class DomainMonitor {
   void start(const Point& point);
   /// The solution has jumped to this point.
   void restart(const Point& point);
-  /// After every accepted step: why it must not be taken, if a pole lies in it. `equations`: those in force.
-  std::optional<std::string> passed(Problem& equations, const Point& from, const Point& to);
+  struct Passed {
+    std::string reason;  ///< why the step must not be taken; "" where it may
+    double error = 0;    ///< that integrable poles may cause in it, in tolerances; 0: an admissible one
+    explicit operator bool() const { return error > 0 || !reason.empty(); }
+  };
+  /// After every accepted step. `equations`: those in force. Counts as taken where nothing is found.
+  Passed passed(Problem& equations, const Point& from, const Point& to);
   /// Where a zero that is no pole was passed and more than one solution goes on, as
   /// in x′ = 2 x/t; "" if nowhere.
   const std::string& not_unique() const { return not_unique_; }
@@ -53,8 +57,11 @@ class DomainMonitor {
     double g = 0, slope = 0;  ///< at the last point; slope: dg/dt, 0 if it is not known
   };
   void evaluate(codegen::Kernel& kernel, const Point& point);
-  bool suspicious(const Pole& pole, double g, double slope, double dt) const;
-  std::optional<std::string> passed_part(Problem& equations, const Point& from, const Point& to);
+  enum class Suspicion { none, touched, passed };
+  Suspicion suspicion(const Pole& pole, double g, double slope, double dt) const;
+  Passed passed_part(Problem& equations, const Point& from, const Point& to);
+  Passed look(const Pole& pole, Suspicion kind, double g, Problem& equations, const Point& from,
+              const Point& to);
 
   ProblemPtr problem_;  ///< a copy: run and monitor place different points
   std::vector<dae::DomainCondition> conditions_;

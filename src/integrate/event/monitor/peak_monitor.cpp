@@ -173,7 +173,7 @@ double PeakMonitor::passes_peak(const Sample& low, const Sample& behind, int dep
     if (!turns(i, low.values, behind.values) || !may_reach_peak(i, low, behind)) continue;
     if (++searched_ > most_searched) break;
     const auto peak = peak_between(i, low, behind, from, to);
-    const double off = peak ? peak_error(*peak, from, to) : 0;
+    const double off = peak ? peak_error(i, *peak, from, to) : 0;
     if (off > 0) return off;
   }
   return 0;
@@ -284,38 +284,60 @@ double PeakMonitor::half_width(double top, const Fallen& has_fallen) {
   return sides > 0 ? sum / sides : 1;
 }
 
-/// x′ of the equations minus the slope of the cubic through the ends, at a share of the step.
-bool PeakMonitor::defect(const Point& from, const Point& to, double share, Vec& out) {
+/// x′ of the equations on the cubic through the ends of the step, and the slope of the cubic, which is left
+/// in inside_.xdot.
+bool PeakMonitor::equations_at(const Point& from, const Point& to, double share, Vec& xdot) {
   hermite(from, to, share, inside_);
   const Vec slope = inside_.xdot;
   if (!rhs_) rhs_ = std::make_unique<RhsSolver>(own(), ignored_);
   if (!(*rhs_)(inside_.t, inside_.x.data(), inside_.xdot.data(), inside_.z.data())) return false;
-  out = inside_.xdot - slope;
-  return out.allFinite();
+  xdot = inside_.xdot;
+  inside_.xdot = slope;
+  return xdot.allFinite();
 }
 
-/// The area of the peak above its surroundings, in tolerances; 0 if it is within the admissible error
-/// of a step.
-double PeakMonitor::peak_error(const Peak& peak, const Point& from, const Point& to) {
+/// The area of the peak above its surroundings, in tolerances; 0 if it is within the admissible error of a
+/// step. Infinite where the solution stops in the peak, as that of x′ = -1 + e^{-(x/ε)²} does at x = 0: how
+/// narrow the peak is does not matter then.
+double PeakMonitor::peak_error(std::size_t i, const Peak& peak, const Point& from, const Point& to) {
   constexpr double feet = 4;      // in half widths: e^{-θ²/2} has fallen to e^{-8} there
   constexpr double several = 3;   // tolerances: the admissible error of a step
   constexpr double area = 2.507;  // √(2π): the area of a Gaussian of height 1 and half width 1
   constexpr double unknown = std::numeric_limits<double>::infinity();
-  if (!defect(from, to, peak.at, at_peak_)) return unknown;
+  if (!equations_at(from, to, peak.at, at_peak_)) return unknown;
+  at_peak_slope_ = inside_.xdot;
   const double low = peak.at - feet * peak.width, above = peak.at + feet * peak.width;
   const bool right = above < 1 && (low <= 0 || 1 - peak.at > peak.at);
-  if (!right && low <= 0)
-    at_foot_.setZero(at_peak_.size());
-  else if (!defect(from, to, right ? above : low, at_foot_))
-    return unknown;
+  const bool has_foot = right || low > 0;
+  if (has_foot && !equations_at(from, to, right ? above : low, at_foot_)) return unknown;
+  Vec beside = Vec::Zero(at_peak_.size());  // the defect of the step as a whole
+  if (has_foot) beside = at_foot_ - inside_.xdot;
+  if (has_foot && stops_in(i, peak, from, to)) return unknown;
   const double factor = area * peak.width * (to.t - from.t);
   double off = 0;
-  for (Eigen::Index i = 0; i < at_peak_.size(); ++i) {
+  for (Eigen::Index k = 0; k < at_peak_.size(); ++k) {
     const double weight =
-        tolerances_.atol[i] + tolerances_.rtol[i] * std::max(std::fabs(from.x[i]), std::fabs(to.x[i]));
-    off = std::max(off, std::fabs(at_peak_[i] - at_foot_[i]) * factor / weight);
+        tolerances_.atol[k] + tolerances_.rtol[k] * std::max(std::fabs(from.x[k]), std::fabs(to.x[k]));
+    off = std::max(off, std::fabs(at_peak_[k] - at_peak_slope_[k] - beside[k]) * factor / weight);
   }
   return off > several ? off : 0;
+}
+
+/// Does the exponent or divisor come to rest in the peak, or turn back, by x′ of the equations there? Its
+/// slope beside the top, linear in x′, tells the speed at which the solution passes.
+bool PeakMonitor::stops_in(std::size_t i, const Peak& peak, const Point& from, const Point& to) {
+  constexpr double at_rest = 0.01;  // relative to the speed at the foot
+  const double side = peak.at + peak.width < 1 ? 1 : -1;
+  hermite(from, to, peak.at + side * peak.width, inside_);
+  const Vec slope = inside_.xdot;
+  const auto speed = [&](const Vec& xdot) {
+    inside_.xdot = xdot;
+    evaluate(inside_, middle_.values);
+    return middle_.values[nodes() + i];
+  };
+  const double passing = speed(slope), in_peak = speed(at_peak_), at_foot = speed(at_foot_);
+  const double direction = passing > 0 ? 1 : -1;
+  return direction * in_peak < at_rest * std::fabs(at_foot) && direction * at_foot > 0;
 }
 
 }  // namespace pendula::integrate

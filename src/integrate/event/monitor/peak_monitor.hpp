@@ -68,8 +68,9 @@ class PeakMonitor {
                                    const Point& to);
   template <class Fallen>
   double half_width(double top, const Fallen& has_fallen);
-  double peak_error(const Peak& peak, const Point& from, const Point& to);
-  bool defect(const Point& from, const Point& to, double share, Vec& out);
+  double peak_error(std::size_t i, const Peak& peak, const Point& from, const Point& to);
+  bool stops_in(std::size_t i, const Peak& peak, const Point& from, const Point& to);
+  bool equations_at(const Point& from, const Point& to, double share, Vec& xdot);
 
   ProblemPtr original_;  ///< that of the run
   unsigned version_ = 0;
@@ -85,7 +86,7 @@ class PeakMonitor {
   Stats ignored_;
   std::unique_ptr<RhsSolver> rhs_;
   Point inside_;
-  Vec at_peak_, at_foot_;
+  Vec at_peak_, at_peak_slope_, at_foot_;
   long steps_ = 0, repeated_ = 0;
 };
 

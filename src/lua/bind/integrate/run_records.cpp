@@ -1,4 +1,6 @@
 // Statistics and drift of a run: the types "stats" and "drift".
+#include <optional>
+
 #include "base/text.hpp"
 #include "lua/bind/integrate/integrate.hpp"
 #include "lua/core/objects.hpp"
@@ -10,6 +12,7 @@ namespace pendula::lua {
 struct SolutionStats {
   integrate::Stats counts;
   double errors;
+  std::optional<double> growth;
   std::string method, text, why, borders, rounding, not_unique, untested;
   double seconds;
 };
@@ -34,9 +37,9 @@ int stats(Call& call) {
   for (const integrate::MethodInUse& use : solution.methods_in_use())
     why += text(why.empty() ? "" : "\n", use.name, " from t = ", rounded(use.t, 6), ": ", use.why);
   return call.push(std::make_shared<const SolutionStats>(SolutionStats{
-      solution.stats(), solution.errors(), solution.method_name(), without_newline(solution.stats_text()),
-      why, without_newline(solution.borders_text()), solution.rounding(), solution.not_unique(),
-      solution.untested(), solution.cpu_seconds()}));
+      solution.stats(), solution.errors(), solution.passed_growth(), solution.method_name(),
+      without_newline(solution.stats_text()), why, without_newline(solution.borders_text()),
+      solution.rounding(), solution.not_unique(), solution.untested(), solution.cpu_seconds()}));
 }
 
 int drift(Call& call) {
@@ -57,12 +60,13 @@ int stats_borders(Call& call) { return call.push(counted(call).borders); }
 int stats_rounding(Call& call) { return call.push(counted(call).rounding); }
 int stats_not_unique(Call& call) { return call.push(counted(call).not_unique); }
 int stats_untested(Call& call) { return call.push(counted(call).untested); }
-int stats_rest(Call& call) {
-  const auto& rest = counted(call).counts.rest;
-  if (rest) return call.push(*rest);
+int push_if_any(Call& call, const std::optional<double>& time) {
+  if (time) return call.push(*time);
   lua_pushnil(call.L);
   return 1;
 }
+int stats_rest(Call& call) { return push_if_any(call, counted(call).counts.rest); }
+int stats_growth(Call& call) { return push_if_any(call, counted(call).growth); }
 int stats_errors(Call& call) { return call.push(counted(call).errors); }
 int stats_time(Call& call) { return call.push(counted(call).seconds); }
 
@@ -139,7 +143,8 @@ return sol:drift())",
          "Why the requested digits are not reached: rounding errors of the equations compared with the tolerances (implicit "
          "methods, rtol below 1e-7). Empty where they are harmless."},
         {"stats#not_unique", stats_not_unique, "stats.not_unique -> string",
-         "Where more than one solution goes on: from x = 0, x′ = √|x| may stay or leave. Empty if that was not met.",
+         "Where more than one solution goes on: from x = 0, x′ = √|x| may stay or leave; or where an error has "
+         "changed the sign of a divisor, which no solution does. Empty if neither was met.",
          "dae{ der(var 'x') ~ sqrt(var 'x') }:integrate{ start = { x = 0 }, to = 1 }:stats().not_unique",
          "not unique from t = 0 on: x = 0 there, where √x has an infinite slope; one solution stays, others leave"},
         {"stats#untested", stats_untested, "stats.untested -> string",
@@ -151,6 +156,11 @@ return sol:drift())",
         {"stats#rest", stats_rest, "stats.rest -> number or nil",
          "A time at which the solution almost stood still (of equations without t: at that speed it would have moved by "
          "less than 1000 tolerances until the end) before it moved: an error of one tolerance there decides where to; else nil."},
+        {"stats#growth", stats_growth, "stats.growth -> number or nil",
+         "When the first step of an implicit method began that damped what grows: the run stays on a solution whose neighbours "
+         "depart from it. nil if none did.",
+         "dae{ der(var 'x') ~ 1e6*((1 - t)*x - x^2) }:integrate{ start = { x = 1 }, to = 2, method = 'bdf', rtol = 1e-3 }:stats().growth ~= nil",
+         "true"},
         {"stats#why", stats_why, "stats.why -> string",
          "The choices of the method, one line each: from which time on, which method, and why."},
         {"stats:__tostring", stats_text, "print(sol:stats())", "The counts, without the time."},
