@@ -6,6 +6,7 @@
 // (integrate/simulation) makes them.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <limits>
 #include <optional>
@@ -57,6 +58,10 @@ struct Plan {
   /// Index of every unknown of (x, z) for the error test of a model of index 2 or 3 (Hairer & Wanner II,
   /// §VII.4); empty: all 1.
   std::vector<int> variable_index;
+  /// x′ and z follow from t and x.
+  bool is_determined() const {
+    return std::all_of(variable_index.begin(), variable_index.end(), [](int i) { return i == 1; });
+  }
   /// Chains of derivatives as unknowns (form "array"): each one is a difference of larger ones, so that
   /// rounding errors are monitored at every tolerance.
   bool has_chains = false;

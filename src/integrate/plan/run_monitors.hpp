@@ -42,7 +42,8 @@ class FixedStepMonitors : public MonitorList {
       : divisors_(problem, plan.guards),
         ranks_(problem, plan.blocks, 1e-6, plan.sizes),
         roots_(problem, plan.guards),
-        domain_(*problem, plan.guards, Tolerances::uniform(problem->n(), 1e-6, 0), plan.check_singularities),
+        domain_(*problem, plan.guards, Tolerances::uniform(problem->n(), 1e-6, 0), plan.is_determined(),
+                plan.check_singularities),
         problem_(problem),
         empty_(plan.guards.empty() && plan.blocks.empty()) {
     if (empty_) return;
@@ -55,7 +56,7 @@ class FixedStepMonitors : public MonitorList {
     domain_.start(point);
   }
   std::optional<Stop> after(const Point& before, const Point& here) {
-    if (const auto passed = domain_.passed(*problem_, before, here); !passed.reason.empty())
+    if (const auto passed = domain_.passed(problem_, before, here); !passed.reason.empty())
       return Stop{before.t, passed.reason, before.t};
     if (empty_) return {};
     const Stats none;

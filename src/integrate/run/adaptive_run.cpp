@@ -81,8 +81,9 @@ class AdaptiveRun {
         monitors_(state_.problem, state_.plan, state_.finder, *state_.history),
         events_(state_, modes_, monitors_),
         breaks_(state_, events_),
-        domain_(*state_.problem, state_.plan.guards, state_.plan.tolerances, state_.plan.check_singularities),
-        peaks_(*state_.problem, state_.plan.tolerances, state_.problem->is_ode()),
+        domain_(*state_.problem, state_.plan.guards, state_.plan.tolerances, state_.plan.is_determined(),
+                state_.plan.check_singularities),
+        peaks_(*state_.problem, state_.plan.tolerances, state_.plan.is_determined()),
         standstill_(*state_.problem, state_.plan.tolerances, state_.plan.events.list),
         rounding_(*state_.problem, state_.plan.tolerances, state_.plan.variable_index,
                   state_.plan.has_chains),
@@ -248,7 +249,7 @@ class AdaptiveRun {
   /// error.
   bool has_passed_pole(RunOutcome& outcome) {
     const double t = stepper().before().t;
-    const auto passed = domain_.passed(*state_.problem, stepper().before(), stepper().here());
+    const auto passed = domain_.passed(state_.problem, stepper().before(), stepper().here());
     if (!passed) return false;
     if (events_.repeated_shorter()) return true;
     if (!passed.reason.empty()) {

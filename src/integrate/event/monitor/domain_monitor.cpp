@@ -14,8 +14,8 @@
 namespace pendula::integrate {
 
 DomainMonitor::DomainMonitor(const Problem& problem, const std::vector<Guard>& guards,
-                             const Tolerances& tolerances, bool wanted)
-    : tolerances_(tolerances) {
+                             const Tolerances& tolerances, bool determined, bool wanted)
+    : tolerances_(tolerances), determined_(determined) {
   if (!wanted) return;
   conditions_ = domain_conditions_of(problem);
   std::erase_if(conditions_, [&](const dae::DomainCondition& c) {
@@ -58,7 +58,7 @@ void DomainMonitor::restart(const Point& point) {
   }
 }
 
-DomainMonitor::Passed DomainMonitor::passed(Problem& equations, const Point& from, const Point& to) {
+DomainMonitor::Passed DomainMonitor::passed(const ProblemPtr& equations, const Point& from, const Point& to) {
   if (poles_.empty()) return {};
   if (pieces_ == 1) return passed_part(equations, from, to);
   const std::vector<Pole> before = poles_;
@@ -98,13 +98,13 @@ static Point extended(const Point& from, const Point& to, double share) {
   return point;
 }
 
-DomainMonitor::Passed DomainMonitor::look(const Pole& pole, Suspicion kind, double g, Problem& equations,
-                                          const Point& from, const Point& to) {
+DomainMonitor::Passed DomainMonitor::look(const Pole& pole, Suspicion kind, double g,
+                                          const ProblemPtr& equations, const Point& from, const Point& to) {
   constexpr double several = 3;  // tolerances: the admissible error of a step, as in peak_monitor
   if (kind == Suspicion::touched) {
     constexpr double beyond = 0.01;  // of the step: a g of 10⁻³ becomes 0 within 10⁻³ of it
     const Point before = extended(from, to, -beyond), after = extended(from, to, beyond);
-    PoleTest test(equations, pole.factor, tolerances_, before, after);
+    PoleTest test(equations, determined_, pole.factor, tolerances_, before, after);
     const double error = test.integrable_error();
     return {"", error > several ? error : 0};
   }
@@ -114,7 +114,7 @@ DomainMonitor::Passed DomainMonitor::look(const Pole& pole, Suspicion kind, doub
     ahead.t = from.t + share;
     ahead.x = from.x + share * from.xdot;
   }
-  PoleTest test(equations, pole.factor, tolerances_, from, ahead);
+  PoleTest test(equations, determined_, pole.factor, tolerances_, from, ahead);
   const PoleTest::Crossing crossing = test.crossing();
   if (test.is_pole() || crossing == PoleTest::Crossing::jumped) return {conditions_[pole.condition].reason()};
   if (const double error = test.integrable_error(); error > several) return {"", error};
@@ -128,7 +128,8 @@ DomainMonitor::Passed DomainMonitor::look(const Pole& pole, Suspicion kind, doub
   return {};
 }
 
-DomainMonitor::Passed DomainMonitor::passed_part(Problem& equations, const Point& from, const Point& to) {
+DomainMonitor::Passed DomainMonitor::passed_part(const ProblemPtr& equations, const Point& from,
+                                                 const Point& to) {
   evaluate(kernel_, to);
   const std::size_t n = poles_.size();
   const double dt = to.t - from.t;

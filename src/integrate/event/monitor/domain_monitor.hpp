@@ -29,9 +29,9 @@ namespace pendula::integrate {
 class DomainMonitor {
  public:
   /// The conditions of a problem's equations but for those that are guards. Cost: of domain_conditions().
-  /// wanted = false: none. tolerances: for what oscillates without end with negligible effect.
+  /// wanted = false: none. tolerances: for what is negligible. determined: x′ and z follow from t and x.
   DomainMonitor(const Problem& problem, const std::vector<Guard>& guards, const Tolerances& tolerances,
-                bool wanted);
+                bool determined, bool wanted);
 
   void start(const Point& point);
   /// The solution has jumped to this point.
@@ -42,7 +42,7 @@ class DomainMonitor {
     explicit operator bool() const { return error > 0 || !reason.empty(); }
   };
   /// After every accepted step. `equations`: those in force. Counts as taken where nothing is found.
-  Passed passed(Problem& equations, const Point& from, const Point& to);
+  Passed passed(const ProblemPtr& equations, const Point& from, const Point& to);
   /// Where a zero that is no pole was passed and more than one solution goes on, as
   /// in x′ = 2 x/t; "" if nowhere.
   const std::string& not_unique() const { return not_unique_; }
@@ -59,8 +59,8 @@ class DomainMonitor {
   void evaluate(codegen::Kernel& kernel, const Point& point);
   enum class Suspicion { none, touched, passed };
   Suspicion suspicion(const Pole& pole, double g, double slope, double dt) const;
-  Passed passed_part(Problem& equations, const Point& from, const Point& to);
-  Passed look(const Pole& pole, Suspicion kind, double g, Problem& equations, const Point& from,
+  Passed passed_part(const ProblemPtr& equations, const Point& from, const Point& to);
+  Passed look(const Pole& pole, Suspicion kind, double g, const ProblemPtr& equations, const Point& from,
               const Point& to);
 
   ProblemPtr problem_;  ///< a copy: run and monitor place different points
@@ -68,6 +68,7 @@ class DomainMonitor {
   std::vector<Pole> poles_;
   codegen::Kernel kernel_;  ///< g of the poles, then their slopes
   Tolerances tolerances_;
+  bool determined_;
   std::string not_unique_;
   int pieces_ = 1;  ///< of a step: sines may vanish several times in it
   Point first_, start_, inside_;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <unordered_set>
 
+#include "expr/graph/depends_on.hpp"
 #include "expr/graph/derivative.hpp"
 #include "integrate/event/monitor/guards.hpp"
 #include "integrate/event/monitor/monitor.hpp"
@@ -29,6 +30,25 @@ struct Candidate {
 /// A power with a negative constant exponent, such as b^{-2}.
 bool is_negative_power(Expr e) {
   return e.op() == Op::pow && e.operand(1).is_constant() && constant_value(e.operand(1)) < 0;
+}
+
+/// Of x′, and of z in equations without x′, where these are linear in it: z (ε² + x²) = x² divides by ε² +
+/// x².
+std::vector<Expr> coefficients(const dae::FirstOrder& equations) {
+  constexpr std::size_t most = 1000;  // equations; preparing more would take longer than their Jacobian
+  std::vector<Expr> found;
+  if (equations.F.size() > most) return found;
+  const std::unordered_set<Expr> xdot(equations.xdot.begin(), equations.xdot.end()),
+      z(equations.z.begin(), equations.z.end());
+  for (Expr residual : equations.F) {
+    const auto& solved_for = depends_on_any(residual, xdot) ? xdot : z;
+    for (Expr leaf : leaves({&residual, 1})) {
+      if (!solved_for.count(leaf)) continue;
+      const Expr slope = gradient(residual, {&leaf, 1})[0];
+      if (!slope.is_constant() && !depends_on_any(slope, {leaf})) found.push_back(slope);
+    }
+  }
+  return found;
 }
 
 std::vector<Candidate> make_candidates(const Problem& problem) {
@@ -56,6 +76,7 @@ std::vector<Candidate> make_candidates(const Problem& problem) {
   }
   for (const dae::DomainCondition& c : domain_conditions_of(problem))
     if (c.pole) add(c.factor, true);
+  for (Expr coefficient : coefficients(problem.model())) add(coefficient, true);
   return list;
 }
 
@@ -298,27 +319,34 @@ bool PeakMonitor::equations_at(const Point& from, const Point& to, double share,
 
 /// The area of the peak above its surroundings, in tolerances; 0 if it is within the admissible error of a
 /// step. Infinite where the solution stops in the peak, as that of x′ = -1 + e^{-(x/ε)²} does at x = 0: how
-/// narrow the peak is does not matter then.
+/// narrow the peak is does not matter then. The height is the largest of three: a wall, v′ = x
+/// e^{-(x/ε)²}/ε², has none at the top of the exponential.
 double PeakMonitor::peak_error(std::size_t i, const Peak& peak, const Point& from, const Point& to) {
   constexpr double feet = 4;      // in half widths: e^{-θ²/2} has fallen to e^{-8} there
   constexpr double several = 3;   // tolerances: the admissible error of a step
   constexpr double area = 2.507;  // √(2π): the area of a Gaussian of height 1 and half width 1
-  constexpr double unknown = std::numeric_limits<double>::infinity();
+  // Where an ODE is not defined a step must not lead. Elsewhere z may be on another branch: nothing is known.
+  const double unknown = own()->is_ode() ? std::numeric_limits<double>::infinity() : 0;
   if (!equations_at(from, to, peak.at, at_peak_)) return unknown;
-  at_peak_slope_ = inside_.xdot;
   const double low = peak.at - feet * peak.width, above = peak.at + feet * peak.width;
   const bool right = above < 1 && (low <= 0 || 1 - peak.at > peak.at);
-  const bool has_foot = right || low > 0;
-  if (has_foot && !equations_at(from, to, right ? above : low, at_foot_)) return unknown;
-  Vec beside = Vec::Zero(at_peak_.size());  // the defect of the step as a whole
-  if (has_foot) beside = at_foot_ - inside_.xdot;
-  if (has_foot && stops_in(i, peak, from, to)) return unknown;
+  beside_ = Vec::Zero(at_peak_.size());  // the defect of the step as a whole
+  if (right || low > 0) {
+    if (!equations_at(from, to, right ? above : low, at_foot_)) return unknown;
+    beside_ = at_foot_ - inside_.xdot;
+    if (stops_in(i, peak, from, to)) return std::numeric_limits<double>::infinity();
+  }
   const double factor = area * peak.width * (to.t - from.t);
   double off = 0;
-  for (Eigen::Index k = 0; k < at_peak_.size(); ++k) {
-    const double weight =
-        tolerances_.atol[k] + tolerances_.rtol[k] * std::max(std::fabs(from.x[k]), std::fabs(to.x[k]));
-    off = std::max(off, std::fabs(at_peak_[k] - at_peak_slope_[k] - beside[k]) * factor / weight);
+  for (const double side : {0.0, -1.0, 1.0}) {
+    const double share = peak.at + side * peak.width;
+    if (!(share > 0 && share < 1)) continue;
+    if (!equations_at(from, to, share, at_peak_)) return unknown;
+    for (Eigen::Index k = 0; k < at_peak_.size(); ++k) {
+      const double weight =
+          tolerances_.atol[k] + tolerances_.rtol[k] * std::max(std::fabs(from.x[k]), std::fabs(to.x[k]));
+      off = std::max(off, std::fabs(at_peak_[k] - inside_.xdot[k] - beside_[k]) * factor / weight);
+    }
   }
   return off > several ? off : 0;
 }

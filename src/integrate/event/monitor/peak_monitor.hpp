@@ -86,7 +86,7 @@ class PeakMonitor {
   Stats ignored_;
   std::unique_ptr<RhsSolver> rhs_;
   Point inside_;
-  Vec at_peak_, at_peak_slope_, at_foot_;
+  Vec at_peak_, at_foot_, beside_;
   long steps_ = 0, repeated_ = 0;
 };
 

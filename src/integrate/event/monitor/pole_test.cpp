@@ -32,14 +32,16 @@ double pole_order(double far, double middle, double near) {
 
 }  // namespace
 
-PoleTest::PoleTest(Problem& equations, Expr factor, const Tolerances& tolerances, const Point& from,
-                   const Point& to)
-    : equations_(equations),
+PoleTest::PoleTest(const ProblemPtr& equations, bool determined, Expr factor, const Tolerances& tolerances,
+                   const Point& from, const Point& to)
+    : equations_(*equations),
       tolerances_(tolerances),
-      factor_(std::vector{factor}, equations.arguments()),
+      factor_(std::vector{factor}, equations->arguments()),
       from_(from),
       to_(to),
-      offset_(Vec::Zero(from.x.size())) {}
+      offset_(Vec::Zero(from.x.size())) {
+  if (determined) rhs_.emplace(equations, ignored_);
+}
 
 bool PoleTest::is_pole() {
   const auto on_line = zero();
@@ -60,10 +62,10 @@ double PoleTest::integrable_error() {
   constexpr double least_order = 0.1;
   constexpr double of_end =
       0.1;  // weight of a stage at one end of a step: 1/9 in Radau IIA, 35/384 in dopri5
-  const auto at = equations_.is_ode() ? zero() : std::nullopt;
+  const auto at = rhs_ ? zero() : std::nullopt;
   if (!at) return 0;
   const double distance = std::max(first_distance * room(at->share), above_noise * at->noise);
-  const Residuals F = towards(at->share, distance, closer, 3);
+  const Residuals F = towards(at->share, distance, closer, 3, What::rates);
   double worst = 0;
   for (std::size_t i = 0; i < F[0].size(); ++i) {
     const double q = pole_order(F[0][i], F[1][i], F[2][i]);
@@ -82,7 +84,7 @@ PoleTest::Crossing PoleTest::crossing() {
   constexpr double beside = 0.05, near = 0.02;  // of the step
   // of the rate at two and a half times the distance: x³ (0.16) and x (0.4) reach 0 gradually
   constexpr double steady = 0.5;
-  const auto at = equations_.is_ode() ? zero() : std::nullopt;
+  const auto at = rhs_ ? zero() : std::nullopt;
   if (!at) return Crossing::possible;
   const double direction = value(1) > value(0) ? 1 : -1;
   const auto rate = [&](double distance) {
@@ -121,12 +123,13 @@ std::optional<PoleTest::Zero> PoleTest::zero() {
 }
 
 bool PoleTest::grows(const Zero& zero) {
-  // Poles of lower order are integrable (integrable_error), but what a step across them misses is known for
-  // ODEs only.
-  const double least_order = equations_.is_ode() ? not_integrable : 0.43;
+  // Poles of lower order are integrable. Of a DAE the residuals count, in which z grows, too; what a step
+  // misses at a pole of low order is not known there.
+  const bool ode = equations_.is_ode();
+  const double least_order = ode ? not_integrable : 0.43;
   constexpr double steep = 20;  // growth of the whole residual, in which a pole of order 0.43 dominates
   const double distance = std::max(first_distance * room(zero.share), above_noise * zero.noise);
-  const Residuals F = towards(zero.share, distance, closer, 3);
+  const Residuals F = towards(zero.share, distance, closer, 3, ode ? What::rates : What::residuals);
   for (std::size_t i = 0; i < F[0].size(); ++i)
     if (pole_order(F[0][i], F[1][i], F[2][i]) > least_order &&
         std::fabs(F[2][i]) > steep * std::fabs(F[1][i]))
@@ -150,7 +153,7 @@ bool PoleTest::oscillates_from(double zero, double distance) {
   constexpr int half = 6;
   constexpr double visible = 1e-2;  // of x′
   const double dt = std::fabs(to_.t - from_.t);
-  const Residuals F = towards(zero, distance, 0.5, 2 * half + 1);
+  const Residuals F = towards(zero, distance, 0.5, 2 * half + 1, What::rates);
   for (std::size_t i = 0; i < F[0].size(); ++i) {
     double size = 0, early = 0, late = 0, last = 0;
     int turns = 0;
@@ -178,16 +181,18 @@ double PoleTest::tolerance(std::size_t i) const {
   return tolerances_.atol[k] + tolerances_.rtol[k] * (std::fabs(from_.x[k]) + std::fabs(to_.x[k]));
 }
 
-/// F at distances from the zero that shrink by a constant factor, on the side that room() measures.
-PoleTest::Residuals PoleTest::towards(double zero, double distance, double factor, int count) {
+/// x′ or F at distances from the zero that shrink by a constant factor, on the side that room() measures. The
+/// residuals of an ODE contain x′ of the line, which would hide the growth near a pole.
+PoleTest::Residuals PoleTest::towards(double zero, double distance, double factor, int count, What what) {
   const double side = begins_at(zero) ? 1 : -1;
-  Residuals F(count, std::vector<double>(equations_.n() + equations_.m()));
+  const int rows = equations_.n() + (what == What::residuals ? equations_.m() : 0);
+  Residuals F(count, std::vector<double>(rows));
   for (std::vector<double>& at : F) {
     value(zero + side * distance);
-    if (equations_.is_ode())
-      equations_.rhs(at.data());  // the residual contains x′, which near a pole would hide the growth
-    else
+    if (what == What::residuals)
       equations_.residual(at.data());
+    else if (!rates_here(at.data()))
+      std::fill(at.begin(), at.end(), std::numeric_limits<double>::quiet_NaN());
     distance *= factor;
   }
   return F;
@@ -225,10 +230,21 @@ double PoleTest::growth(double share, int sign) {
 double PoleTest::factor_rate(double share) {
   const double g = value(share), moment = 1e-6 * (to_.t - from_.t);
   Vec xdot(point_.x.size());
-  equations_.rhs(xdot.data());
+  if (!rates_here(xdot.data())) return std::numeric_limits<double>::quiet_NaN();
   point_.t += moment;
   point_.x += moment * xdot;
   return (value_here() - g) / moment;
+}
+
+/// x′ of the equations at point_. False where they have none, or one on another branch.
+bool PoleTest::rates_here(double* xdot) {
+  if (!equations_.is_ode()) {
+    Vec z = point_.z;
+    std::copy_n(point_.xdot.data(), point_.xdot.size(), xdot);
+    return (*rhs_)(point_.t, point_.x.data(), xdot, z.data());
+  }
+  equations_.rhs(xdot);
+  return true;
 }
 
 /// Sets the equations to the point at this share of the step and returns the factor there.

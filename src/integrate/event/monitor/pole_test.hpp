@@ -12,27 +12,29 @@
 #include <vector>
 
 #include "codegen/kernel/kernel.hpp"
-#include "integrate/problem/problem.hpp"
+#include "integrate/problem/rhs_solver.hpp"
 #include "integrate/solve/tolerances.hpp"
 
 namespace pendula::integrate {
 
 class PoleTest {
  public:
-  /// Before the first point x′ and z are kept constant. Requires that everything outlives it, and that the
-  /// factor is 0 between the points or at the second.
-  PoleTest(Problem& equations, Expr factor, const Tolerances& tolerances, const Point& from, const Point& to);
+  /// Before the first point x′ and z are kept constant. determined: x′ and z follow from t and x. Requires
+  /// that everything outlives it, and that the factor is 0 between the points or at the second.
+  PoleTest(const ProblemPtr& equations, bool determined, Expr factor, const Tolerances& tolerances,
+           const Point& from, const Point& to);
 
   /// Do the equations diverge, or oscillate ever faster, towards the zero? Poles that are integrable do not
-  /// count for ODEs.
+  /// count where x′ is determined.
   bool is_pole();
 
-  /// For ODEs: the largest error, in tolerances, that a step between the points can make because of an
-  /// integrable pole: its area, ∫ K |s - s₀|^(-q) ds = K (s₀^(1-q) + (1 - s₀)^(1-q))/(1 - q), and what a
-  /// stage at the nearer end contributes. 0 where there is none.
+  /// Where x′ is determined: the largest error, in tolerances, that a step between the points can make
+  /// because of an integrable pole: its area, ∫ K |s - s₀|^(-q) ds = K (s₀^(1-q) + (1 - s₀)^(1-q))/(1 - q),
+  /// and what a stage at the nearer end contributes. 0 where there is none.
   double integrable_error();
 
-  /// For ODEs: whether solutions cross the zero, by the rate of change of the factor there and beside it.
+  /// Where x′ is determined: whether solutions cross the zero, by the rate of change of the factor there and
+  /// beside it.
   enum class Crossing {
     possible,
     impossible,  ///< the factor moves towards zero, but is at rest there
@@ -58,7 +60,9 @@ class PoleTest {
   bool oscillates_from(double zero, double distance);
   double hardly(std::size_t i) const;
   double tolerance(std::size_t i) const;
-  Residuals towards(double zero, double distance, double factor, int count);
+  enum class What { rates, residuals };
+  Residuals towards(double zero, double distance, double factor, int count, What what);
+  bool rates_here(double* xdot);
   bool is_singular(int direction, double zero, double room, bool fine);
   double growth(double share, int sign);
   double factor_rate(double share);
@@ -66,6 +70,8 @@ class PoleTest {
   double value_here();
 
   Problem& equations_;
+  Stats ignored_;
+  std::optional<RhsSolver> rhs_;  ///< x′ and z, where they are determined
   const Tolerances& tolerances_;
   codegen::Kernel factor_;
   const Point &from_, &to_;

@@ -159,7 +159,7 @@ return sol:drift())",
         {"stats#growth", stats_growth, "stats.growth -> number or nil",
          "When the first step of an implicit method began that damped what grows: the run stays on a solution whose neighbours "
          "depart from it. nil if none did.",
-         "dae{ der(var 'x') ~ 1e6*((1 - t)*x - x^2) }:integrate{ start = { x = 1 }, to = 2, method = 'bdf', rtol = 1e-3 }:stats().growth ~= nil",
+         "dae{ der(var 'x') ~ 1e6*(1 - t - var 'x')*var 'x' }:integrate{ start = { x = 1 }, to = 2, method = 'bdf', rtol = 1e-3 }:stats().growth ~= nil",
          "true"},
         {"stats#why", stats_why, "stats.why -> string",
          "The choices of the method, one line each: from which time on, which method, and why."},
