@@ -1,11 +1,13 @@
 -- Random models by random methods and tolerances. "finished" has to mean finite, and within 100 tolerances of
 -- a second, tighter run by another method; else the run says that the errors of its steps add up to more.
---   pendula tests/fuzz/numbers.lua seed runs [wild] [z]
+--   pendula tests/fuzz/numbers.lua seed runs [wild] [z] [narrow]
+-- narrow: peaks, steps and dips of width 10⁻² … 10⁻⁴ in place of |…|.
 -- z: the last of the unknowns is algebraic, c = f(t, a, b) or c + c³/9 = f(t, a, b). wild: terms √|…|, whose
 -- slope is infinite where they vanish, and quotients through 0 (docs/robustness.md: open findings).
 local seed, runs = tonumber(arg[1] or 1), tonumber(arg[2] or 40)
 local asked = table.concat(arg, " ", 3)
 local wild, algebraic = asked:find "wild" ~= nil, asked:find "z" ~= nil
+local narrow = asked:find "narrow" ~= nil
 math.randomseed(seed)
 local random = math.random
 local function pick(list) return list[random(#list)] end
@@ -14,6 +16,11 @@ local function number() return math.floor((random() - 0.5)*60)/10 end
 local names = { "a", "b", "c" }
 local states = { var "a", var "b", var "c" }
 local known = algebraic and { states[1], states[2] } or states  -- what equations are made of
+
+local function feature(u)
+  u = u*10^random(2, 4)
+  return pick { exp(-u^2), 1/(1 + u^2), tanh(u), u/sqrt(u^2 + 1), 1/cosh(u), u*exp(-u^2), 1/(1 + u^4) }
+end
 
 local function term(depth)
   local kind = random(depth > 2 and 3 or 12)
@@ -25,6 +32,7 @@ local function term(depth)
   if kind == 7 then return exp(-term(depth + 1)^2) end
   if kind == 8 then return term(depth + 1)*term(depth + 1) end
   if kind == 9 then return term(depth + 1)/(1 + term(depth + 1)^2) end
+  if kind == 10 and narrow then return feature(term(depth + 1)) end
   if kind == 10 then return wild and sqrt(abs(term(depth + 1))) or abs(term(depth + 1)) end
   if kind == 11 then
     local above, below = term(depth + 1), wild and term(depth + 1) or 2 + cos(term(depth + 1))

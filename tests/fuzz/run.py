@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """Runs the fuzzers for so many seconds and counts. A finding names the command that shows it.
 
-    run.py seconds [program [generator ...]]        generators: calls examples numbers; all where none is named
+    run.py seconds [program [generator ...]]        generators: calls examples numbers
+                                                   algebraic narrow; all where none is named
 
 Environment: FUZZ_SEED and FUZZ_LAST, the seeds; FUZZ_SIZE, how many times the work of one process; FUZZ_READER, the
 program of libFuzzer, which takes a third of the time; FUZZ_FINDINGS, after how many findings to stop.
@@ -20,7 +21,7 @@ import seeds
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 60
 program = sys.argv[2] if len(sys.argv) > 2 else os.environ.get("PENDULA", os.path.join(ROOT, "build/release/pendula"))
-generators = sys.argv[3:] or ["calls", "examples", "numbers"]
+generators = sys.argv[3:] or ["calls", "examples", "numbers", "algebraic", "narrow"]
 first = int(os.environ.get("FUZZ_SEED", "1"))
 size = int(os.environ.get("FUZZ_SIZE", "1"))
 reader = os.environ.get("FUZZ_READER")  # the libFuzzer program, where it was built
@@ -113,6 +114,8 @@ work_of = {  # generator: what it counts, its script, how much a process does, i
     "calls": ("calls", "calls.lua", 1500, lambda: [words()]),
     "examples": ("changed examples", "examples.lua", 300, lambda: [examples()]),
     "numbers": ("numerical runs", "numbers.lua", 15, lambda: []),
+    "algebraic": ("runs with z", "numbers.lua", 8, lambda: ["z"]),
+    "narrow": ("runs with narrow features", "numbers.lua", 8, lambda: ["narrow"]),
 }
 rows = [(what, script, number*size, extra()) for what, script, number, extra in map(work_of.get, generators)]
 seed, last = first, int(os.environ.get("FUZZ_LAST", "1000000000"))
