@@ -83,15 +83,20 @@ Expr within_domain(Expr node) {
 
 bool is_function(Expr e, Op op) { return !e.is_constant() && !e.is_symbol() && e.op() == op; }
 
-/// The base v of a power for which √e is a power of |v|: e = v², v⁶, c v².
+/// The v for which √e = |v| √g with smooth g, except where g vanishes: e = v², v⁶, c v², v² u/w. A constant if
+/// there is none.
 Expr base_of_square(Expr e) {
   check_stack();
   if (e.is_constant() || e.is_symbol()) return {};
-  if (e.op() == Op::mul && e.operand(0) == e.operand(1)) return e.operand(0);
-  if (e.op() == Op::mul && e.operand(0).is_constant()) return base_of_square(e.operand(1));
-  if (e.op() == Op::mul && e.operand(1).is_constant()) return base_of_square(e.operand(0));
+  if (e.op() == Op::div) return base_of_square(e.operand(0));
+  if (e.op() == Op::mul) {
+    if (e.operand(0) == e.operand(1)) return e.operand(0);
+    const Expr a = base_of_square(e.operand(0)), b = base_of_square(e.operand(1));
+    return a.is_constant() ? b : b.is_constant() ? a : a * b;
+  }
   if (!is_even_power(e)) return {};
-  return mpz_divisible_ui_p(exact_value(e.operand(1))->get_num_mpz_t(), 4) ? Expr() : e.operand(0);
+  const mpq_class& power = *exact_value(e.operand(1));
+  return power <= 0 || mpz_divisible_ui_p(power.get_num_mpz_t(), 4) ? Expr() : e.operand(0);
 }
 
 /// A function with a kink or a jump, but without a branch that could be frozen, has it where this

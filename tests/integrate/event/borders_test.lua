@@ -347,6 +347,10 @@ test("kinks of asin(sin u), acos(cos u), atan(tan u), sqrt(v^2) are borders", fu
     { function(u) return acos(cos(u)) end, function(u) return math.acos(math.cos(u)) end, 0 },
     { function(u) return atan(tan(u)) end, function(u) return math.atan(math.tan(u)) end, half },
     { function(u) return sqrt(sin(u)^2) end, function(u) return math.abs(math.sin(u)) end, 0 },
+    { function(u) return sqrt(sin(u)^2*(2 + cos(u))) end,
+      function(u) return math.abs(math.sin(u))*math.sqrt(2 + math.cos(u)) end, 0 },
+    { function(u) return sqrt(sin(u)^2*exp(u/9)/(2 + cos(u))) end,
+      function(u) return math.abs(math.sin(u))*math.sqrt(math.exp(u/9)/(2 + math.cos(u))) end, 0 },
   }
   for _, case in ipairs(cases) do
     for i = 0, 24 do
