@@ -83,8 +83,8 @@ Expr within_domain(Expr node) {
 
 bool is_function(Expr e, Op op) { return !e.is_constant() && !e.is_symbol() && e.op() == op; }
 
-/// The v for which √e = |v| √g with smooth g, except where g vanishes: e = v², v⁶, c v², v² u/w. A constant if
-/// there is none.
+/// The v for which √e = |v| √g with smooth g, except where g vanishes: e = v², v⁶, c v², v² u/w. A constant
+/// if there is none.
 Expr base_of_square(Expr e) {
   check_stack();
   if (e.is_constant() || e.is_symbol()) return {};
