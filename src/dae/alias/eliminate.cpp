@@ -133,7 +133,7 @@ ModelPtr eliminate(const ModelPtr& original, std::span<const Expr> zeros) {
   options.form.clear();
   options.mechanics.reset();
   move_invariants(options, relations);
-  constexpr std::size_t most_lines = 500;
+  constexpr std::size_t most_lines = 500;  // of the trace: a reader's limit
   std::size_t count = 0;
   for (const Definition& d : e.definitions()) {
     const Expr leaf = e.numbers().leaf(d.unknown);

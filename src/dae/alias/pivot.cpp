@@ -36,7 +36,7 @@ static bool is_nonzero_product(const Model& model, Expr c) {
 
 /// Is c a sum of parameters that is clearly nonzero at their values, not a residue of cancelled terms?
 static bool is_nonzero_sum(const Model& model, Expr c) {
-  constexpr double cancelled = 1e-3;
+  constexpr double cancelled = 1e-3;  // of the terms: what loses three digits may be 0 at other parameters
   if ((c.op() != Op::add && c.op() != Op::sub) || varies(c)) return false;
   std::unordered_map<Expr, double> values;
   for (Expr leaf : leaves({&c, 1})) {

@@ -68,7 +68,7 @@ class WrittenSum {
     std::vector<Member>& own = users_[part];
     if (own.size() != 1 || part.is_constant()) return;
     Expr base = part, x = own.front().x;
-    constexpr int deepest = 3;
+    constexpr int deepest = 3;  // quotients: gears behind each other
     for (int depth = 0; depth < deepest && base.op() == Op::div; ++depth) {
       x = x / base.operand(1);
       base = base.operand(0);

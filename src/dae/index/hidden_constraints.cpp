@@ -20,8 +20,8 @@
 namespace pendula::dae {
 namespace {
 
-constexpr std::size_t most_rows = 80;
-constexpr double longest_row = 300;  // operations; longer rows are not used for elimination
+constexpr std::size_t most_rows = 80;  // equations; every elimination substitutes in all others
+constexpr double longest_row = 300;    // operations; longer rows are not used for elimination
 
 class Elimination {
  public:
@@ -122,6 +122,7 @@ class Elimination {
       const auto& found = slopes(rows_[i]);
       for (const auto& [leaf, slope] : found) {
         if (slope.is_zero() || !eliminated_in(slope).empty()) continue;
+        // constants before parameters before states; then few differentiations, then short rows
         const double kind = slope.is_constant() ? 0 : has_state(slope) ? 2000 : 1000;
         const double cost = kind + 100.0 * rows_[i].derivative + 10.0 * static_cast<double>(found.size()) -
                             symbol_of(leaf).order;
@@ -158,7 +159,7 @@ class Elimination {
 
   /// The derivative of a condition is a condition as well, after substitution of the solved unknowns.
   void derive(Constraint c) {
-    constexpr double longest_derived = 20'000;
+    constexpr double longest_derived = 20'000;  // operations; generic::is_zero() evaluates them
     Expr e = total_derivative(c.residual);
     for (std::size_t round = 0; round <= solved_.size() && !eliminated_in(e).empty(); ++round)
       for (auto it = solved_.rbegin(); it != solved_.rend(); ++it)

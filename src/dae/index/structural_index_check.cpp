@@ -117,7 +117,8 @@ ClosedPart part_of(const Model& m, const std::vector<Expr>& residuals, const Par
 
 /// Of points_beyond(), of these equations; nothing where F_k has too many columns.
 std::optional<int> points_beyond(const ClosedPart& part, int k) {
-  constexpr std::size_t most_columns = 620, many = 300;
+  constexpr std::size_t most_columns = 620;  // singular values cost O(n³)
+  constexpr std::size_t many = 300;          // columns above which two points are enough
   DerivativeArray array(part.residuals, part.variables);
   for (int i = 0; i < k; ++i) array.extend();
   if (array.columns().size() > most_columns) return {};

@@ -19,7 +19,7 @@ Index nonzero(const VecX& v) {
 
 /// Can the equations be written with names of vectors alone, in a line of readable length?
 bool reads_as_vectors(const VecX& lhs, const VecX& rhs) {
-  constexpr int widest = 100;
+  constexpr int widest = 100;           // columns of a terminal
   if (nonzero(lhs) == 1) return false;  // x₁′ e₁ = … reads better row by row
   const std::string line = side(lhs) + " = " + side(rhs);
   return line.find(", ") == std::string::npos && display_width(line) <= widest;

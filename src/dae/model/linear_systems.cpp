@@ -61,7 +61,7 @@ MatX matrix_of(const LinearSystem& s) {
 }
 
 bool fits(const std::string& line) {
-  constexpr int widest = 160;
+  constexpr int widest = 160;  // columns of a terminal
   const std::string shown = rendered(line);
   for (std::size_t i = 0, end = 0; end != std::string::npos; i = end + 1) {
     end = shown.find('\n', i);
@@ -72,8 +72,8 @@ bool fits(const std::string& line) {
 
 /// "so that x = …, y = …" if the formulas are short.
 std::string solution_line(const VecX& unknowns, const LinearSystem& s) {
-  constexpr int largest = 3, widest = 100;
-  constexpr double short_entry = 30;
+  constexpr int largest = 3, widest = 100;  // unknowns; columns of a terminal
+  constexpr double short_entry = 30;        // nodes
   if (s.size > largest ||
       !std::all_of(s.operands.begin(), s.operands.end(), [](Expr e) { return is_short(e, short_entry); }))
     return "";
@@ -105,7 +105,7 @@ std::vector<Block> blocks_with_names(const Model& m) {
 }
 
 std::vector<std::string> linear_system_lines(const Model& m) {
-  constexpr int largest = 8;
+  constexpr int largest = 8;  // rows that a screen shows beside other lines
   std::vector<std::string> lines;
   for (const NamedSystem& s : named_systems(m, names_of_components(m))) {
     if (!s.complete) continue;

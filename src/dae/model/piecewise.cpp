@@ -14,7 +14,7 @@
 namespace pendula::dae {
 namespace {
 
-constexpr std::size_t most_choices = 3;
+constexpr std::size_t most_choices = 3;  // that are expanded: 2³ cases
 
 /// A choice in the equations: the two expressions it can become, and the border.
 struct Found {

@@ -1,6 +1,7 @@
 #include "dae/newton/block_solution.hpp"
 
 #include "base/decompositions.hpp"
+#include "dae/rank/rank_with_gap.hpp"
 #include "dae/structure/blocks.hpp"
 
 namespace pendula::dae {
@@ -8,34 +9,14 @@ namespace {
 
 using Index = Eigen::Index;
 
-/// Divides rows of A and b, and columns of A, in turn by their largest entries. Returns the
-/// reciprocal column divisors.
-Vec divide_by_largest(Mat& A, Vec& b) {
-  constexpr int sweeps = 3;
-  Vec column = Vec::Ones(A.cols());
-  for (int sweep = 0; sweep < sweeps; ++sweep) {
-    for (Index i = 0; i < A.rows(); ++i)
-      if (const double size = A.row(i).cwiseAbs().maxCoeff(); size > 0) {
-        A.row(i) /= size;
-        b[i] /= size;
-      }
-    for (Index j = 0; j < A.cols(); ++j)
-      if (const double size = A.col(j).cwiseAbs().maxCoeff(); size > 0) {
-        A.col(j) /= size;
-        column[j] /= size;
-      }
-  }
-  return column;
-}
-
 /// Solves one block; empty if it is not clearly regular.
-std::optional<Vec> solve_plainly(Mat A, Vec b) {
-  constexpr double regular = 1e-6;
-  const Vec column = divide_by_largest(A, b);
+std::optional<Vec> solve_plainly(Mat A, const Vec& b) {
+  constexpr double regular = 1e-6;  // the reciprocal condition: ε / regular, ten digits, are right
+  const LargestEntries largest = divide_by_largest(A);
   if (!A.allFinite()) return {};
   const Eigen::PartialPivLU<Mat> lu(A);
   if (!(lu.rcond() > regular)) return {};
-  return Vec(lu.solve(b).cwiseProduct(column));
+  return Vec(lu.solve(b.cwiseQuotient(largest.rows)).cwiseProduct(largest.columns.cwiseInverse()));
 }
 
 }  // namespace
@@ -61,13 +42,13 @@ std::optional<Vec> solve_by_blocks(const Mat& A, const Vec& b) {
   return x;
 }
 
-Vec balanced_solution(Mat A, Vec b) {
+Vec balanced_solution(Mat A, const Vec& b) {
   if (const auto x = solve_by_blocks(A, b)) return *x;
-  const Vec column = divide_by_largest(A, b);
+  const LargestEntries largest = divide_by_largest(A);
   Eigen::CompleteOrthogonalDecomposition<Mat> qr;
   qr.setThreshold(1e-13);  // smaller pivots of the balanced matrix are rounding
   qr.compute(A);
-  return column.cwiseProduct(Vec(qr.solve(b)));
+  return largest.columns.cwiseInverse().cwiseProduct(Vec(qr.solve(Vec(b.cwiseQuotient(largest.rows)))));
 }
 
 }  // namespace pendula::dae

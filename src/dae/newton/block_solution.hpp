@@ -12,6 +12,6 @@ namespace pendula::dae {
 /// x with A x = b. Nothing where A is not square, or a block of it is nearly singular in balanced units.
 std::optional<Vec> solve_by_blocks(const Mat& A, const Vec& b);
 /// The same, or the least x in balanced units for which A x - b is least in them.
-Vec balanced_solution(Mat A, Vec b);
+Vec balanced_solution(Mat A, const Vec& b);
 
 }  // namespace pendula::dae

@@ -83,7 +83,9 @@ Vec LiftedNewton::first_exponents(const Vec& w, std::span<const double> given) c
 std::optional<Vec> LiftedNewton::operator()(const Vec& w, std::span<const double> given,
                                             const Vec& unit) const {
   constexpr int most_steps = 200;
-  constexpr double small = 1e-6, rounding = 1e-14;
+  // of a step relative to 1 + |unknown|. Below `small` a Newton step is about the square of the one before;
+  // one of more than half of it is rounding.
+  constexpr double small = 1e-6, rounding = 1e-14;  // rounding: 45 ε
   const Index own = w.size(), size = own + static_cast<Index>(both_ways_.size());
   Vec at(size), units = Vec::Ones(size);
   at << w, first_exponents(w, given);

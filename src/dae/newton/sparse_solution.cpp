@@ -32,7 +32,7 @@ std::optional<Vec> solve_by_ldlt(const Eigen::SparseMatrix<double>& A, const Vec
 }
 
 std::optional<Vec> square_step(const Sparse& J, const Vec& r) {
-  constexpr double accurate = 1e-10;
+  constexpr double accurate = 1e-10;  // relative residual; a regular A leaves n ε, 10⁻¹² at n = 5000
   std::vector<int> row(static_cast<std::size_t>(J.rows()), -1),
       column(static_cast<std::size_t>(J.cols()), -1);
   for (Index j = 0; j < J.outerSize(); ++j)
@@ -65,6 +65,8 @@ std::optional<Vec> square_step(const Sparse& J, const Vec& r) {
 }
 
 Vec sparse_least_step(const Sparse& J, const Vec& r) {
+  // Directions with σ < μ = 10⁻⁶ are left out, those with σ ≥ 10⁻³ are solved to μ²/σ² = 10⁻⁶. The
+  // factorisation without pivots errs by ε/μ² = 2·10⁻⁴, after two refinements by its cube, 10⁻¹¹.
   constexpr double mu_squared = 1e-12, accurate = 1e-9;
   const Index m = J.rows(), n = J.cols();
   std::vector<Eigen::Triplet<double>> entries;

@@ -150,7 +150,7 @@ RationalMatrix row_of(Expr residual, const LinearForm& f) {
 /// "(1c) - (1a) - (1b)": the combination of equations that yields a constraint, the
 /// most differentiated first.
 std::string combined_label(const LinearForm& f, const Combination& of) {
-  constexpr int widest = 48;
+  constexpr int widest = 48;  // columns of a label
   const auto name = [&](const std::pair<int, int>& equation) {
     return f.label[equation.second] + primes(equation.first);
   };
@@ -170,7 +170,7 @@ std::string combined_label(const LinearForm& f, const Combination& of) {
     sum += (size == 1 ? "" : size.get_str() + " ") + name(equation);
   }
   if (display_width(sum) <= widest) return sum;
-  constexpr std::size_t listed = 4;
+  constexpr std::size_t listed = 4;  // equations in a label
   return name(terms[0].first) +
          (of.size() <= listed ? list : text(" with ", of.size() - 1, " other equations and derivatives"));
 }

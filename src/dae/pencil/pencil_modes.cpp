@@ -93,7 +93,8 @@ std::vector<std::complex<double>> zeros(const Polynomial& given) {
     }
     s = {std::ldexp(s.real(), static_cast<int>(unit)), std::ldexp(s.imag(), static_cast<int>(unit))};
     list.emplace_back(static_cast<double>(s.real()), static_cast<double>(s.imag()));
-    if (std::fabs(list.back().imag()) < 1e-14 * std::abs(list.back())) list.back().imag(0);
+    constexpr double rounding = 1e-14;  // 45 ε
+    if (std::fabs(list.back().imag()) < rounding * std::abs(list.back())) list.back().imag(0);
   }
   return list;
 }
@@ -102,7 +103,8 @@ std::vector<std::complex<double>> zeros(const Polynomial& given) {
 /// root theorem: coefficients of monic factors have no other).
 std::optional<mpq_class> candidate(double v, const mpz_class& lead) {
   const double scaled = v * lead.get_d();
-  if (!(std::fabs(scaled) < 1e15)) return {};
+  constexpr double last_integer = 1e15;  // below 2⁵³, where the nearest integer means something
+  if (!(std::fabs(scaled) < last_integer)) return {};
   mpq_class q(mpz_class(std::nearbyint(scaled)), lead);
   q.canonicalize();
   return q;
@@ -135,7 +137,8 @@ void split(Polynomial p, int multiplicity, std::vector<Factor>& list) {
   }
   for (std::size_t i = 0; i < rest.size(); ++i)
     for (std::size_t j = i + 1; j < rest.size(); ++j) {
-      if (std::fabs(rest[i].imag() + rest[j].imag()) > 1e-12 * std::abs(rest[i])) continue;
+      constexpr double conjugate = 1e-12;  // 4500 ε; the product is verified by division
+      if (std::fabs(rest[i].imag() + rest[j].imag()) > conjugate * std::abs(rest[i])) continue;
       const auto sum = candidate((rest[i] + rest[j]).real(), lead);
       const auto prod = candidate((rest[i] * rest[j]).real(), lead);
       if (!sum || !prod || p.size() < 3 || !take(p, {*prod, -*sum, 1})) continue;

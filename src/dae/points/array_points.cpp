@@ -9,6 +9,8 @@
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "dae/points/magnitudes.hpp"
+#include "dae/rank/rank.hpp"
+#include "dae/rank/rank_with_gap.hpp"
 #include "expr/graph/declaration.hpp"
 
 namespace pendula::dae {
@@ -34,7 +36,8 @@ Mat without_small(const Mat& J, double negligible) {
 /// by its distance, 10⁻⁸, and may end by chance; the Jacobian is as small there. A complete loss of rank
 /// does not count.
 bool is_nearly_singular(Mat J) {
-  constexpr double near_double_root = 1e-7, rounding = 1e-13;
+  constexpr double near_double_root = 1e-7;  // ten times that distance
+  constexpr double rounding = 1e-13;         // of the largest σ: smaller ones are the complete loss
   for (Index i = 0; i < J.rows(); ++i)
     if (const double size = J.row(i).cwiseAbs().maxCoeff(); size > 0) J.row(i) /= size;
   const Vec sizes = Eigen::JacobiSVD<Mat>(J).singularValues();
@@ -50,18 +53,9 @@ class NewtonStep {
     row_ = Vec::Ones(m.rows());
     column_ = Vec::Ones(m.cols());
     if (m.size() == 0) return;  // everything is held: no step
-    for (int sweep = 0; sweep < 3; ++sweep) {
-      for (Index i = 0; i < m.rows(); ++i)
-        if (const double s = m.row(i).cwiseAbs().maxCoeff(); s > 0) {
-          m.row(i) /= s;
-          row_[i] *= s;
-        }
-      for (Index j = 0; j < m.cols(); ++j)
-        if (const double s = m.col(j).cwiseAbs().maxCoeff(); s > 0) {
-          m.col(j) /= s;
-          column_[j] *= s;
-        }
-    }
+    const LargestEntries largest = divide_by_largest(m);
+    row_ = largest.rows;
+    column_ = largest.columns;
     qr_.setThreshold(1e-12);  // pivots below count as undetermined; rounding is 1e-15
     qr_.compute(m);
   }
@@ -137,7 +131,8 @@ void NumericArray::prepare() {
 /// as derivatives of high order, are left out: they contain no other information than their equations.
 /// Unknowns that occur in them alone get the unit of their integral.
 void NumericArray::measure(Units units, const std::unordered_map<Expr, double>& others) {
-  constexpr double usual = 300;
+  constexpr double usual =
+      300;  // units within 1/300 … 300 remain 1: damped steps from size 1 find such points
   constexpr std::size_t many = 3000, short_row = 100;  // nodes: of all rows; of one row, if there are more
   if (rows_ == 0 || columns_.empty() || rows_ > most_measured) return;
   const bool all = topological(std::span(outputs_).first(rows_)).size() <= many;
@@ -167,7 +162,6 @@ void NumericArray::measure(Units units, const std::unordered_map<Expr, double>& 
 }
 
 Vec NumericArray::start(int seed, const std::unordered_map<Expr, double>& continued) const {
-  constexpr double golden = 0.6180339887498949;
   constexpr double spread[] = {1, 2,   0.3, 5,
                                1, 0.1, 3,   0.01};  // small ones last: near 0 all equations are nearly linear
   const double size = spread[seed / 3 % 8];
@@ -175,7 +169,7 @@ Vec NumericArray::start(int seed, const std::unordered_map<Expr, double>& contin
   for (std::size_t j = 0; j < columns_.size(); ++j) {
     const auto who =
         static_cast<double>(name_hash(columns_[j]) % 10007);  // independent of the order of unknowns
-    const double fraction = std::fmod((who + 1) * golden * (seed + 1), 1.0);
+    const double fraction = std::fmod((who + 1) * golden_fraction * (seed + 1), 1.0);
     const auto it = continued.find(columns_[j]);
     const double fresh = seed % 3 == 0 ? std::min(0.3, size) + size * fraction : size * (2 * fraction - 1);
     w[j] = it != continued.end() ? it->second : fresh * unit_[j];
@@ -225,6 +219,11 @@ std::optional<NumericArray::Solution> NumericArray::project(Vec w,
   const double farthest =  // derivatives of order 20 are 20! times as large as x
       linear_ ? INFINITY
               : far_away * (w.size() ? std::max(1.0, w.cwiseQuotient(unit_).cwiseAbs().maxCoeff()) : 1);
+  constexpr double last_digits = 1e-13;  // 450 ε of the length of w: the next step would be rounding
+  // At a root of multiplicity k steps shrink by (k - 1)/k: 0.5 for a double root, 0.95 for k = 20. Quadratic
+  // convergence shrinks them by more than 0.1 once or twice only.
+  constexpr double fastest = 0.1, slowest = 0.95;
+  constexpr double shortest = 1e-5;  // damping factor
   double last_step = INFINITY;
   int linear = 0, longest = 0;  // consecutive steps that shrank by a constant factor only
   const auto is_slow = [&] { return linear >= 5 || (longest >= 12 && is_nearly_singular(J)); };
@@ -237,8 +236,8 @@ std::optional<NumericArray::Solution> NumericArray::project(Vec w,
     const bool solved = scaled_size(r, J, omega) < solved_below;
     const double size = step.norm() / (1 + omega.norm());
     if (w.size() && omega.cwiseAbs().maxCoeff() > farthest) return {};  // no solution: the iteration diverges
-    if (solved && size < 1e-13) return Solution{w, is_slow()};
-    linear = size > 0.1 * last_step && size < 0.95 * last_step ? linear + 1 : 0;
+    if (solved && size < last_digits) return Solution{w, is_slow()};
+    linear = size > fastest * last_step && size < slowest * last_step ? linear + 1 : 0;
     longest = std::max(longest, linear);
     last_step = size;
     // halvings: a circle of radius 10⁻⁶ looks like a point until 20 steps from 1
@@ -246,13 +245,13 @@ std::optional<NumericArray::Solution> NumericArray::project(Vec w,
     if (solved && linear >= hopeless) return Solution{w, true};
     // natural monotonicity: the next step with this Jacobian must be shorter (Deuflhard 2004, §2)
     double alpha = 1;
-    for (; alpha > 1e-5; alpha /= 2) {
+    for (; alpha > shortest; alpha /= 2) {
       evaluate_at(w + alpha * unit_.cwiseProduct(step), known, next_r, next_J);
       if (next_r.allFinite() && next_J.allFinite() &&
           newton.scaled(next_r).norm() <= (1 - alpha / 4) * s.norm())
         break;
     }
-    if (alpha <= 1e-5) {  // no further decrease: rounding level, or no solution here
+    if (alpha <= shortest) {  // no further decrease: rounding level, or no solution here
       if (!solved) return {};
       return Solution{w, is_slow()};
     }

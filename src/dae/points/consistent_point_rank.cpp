@@ -73,9 +73,10 @@ Vec starting_point(const NumericArray& numeric, int seed) {
   Vec w = numeric.start(seed);
   if (seed % 2 == 0) return w;
   std::uniform_real_distribution<double> size(-1.7, 0.6);  // decades: 0.02 … 4
+  constexpr double middle = -0.55;                         // of them: half of the unknowns are negative
   for (Index j = 0; j < w.size(); ++j) {
     std::mt19937_64 random(name_hash(numeric.columns()[j]) + static_cast<unsigned>(seed));
-    w[j] = numeric.unit()[j] * std::copysign(std::pow(10, size(random)), size(random) + 0.55);
+    w[j] = numeric.unit()[j] * std::copysign(std::pow(10, size(random)), size(random) - middle);
   }
   return w;
 }
@@ -118,7 +119,8 @@ static std::vector<int> dependent_rows(Mat J, int rank) {
   const Eigen::JacobiSVD<Mat> svd(J, Eigen::ComputeFullU);
   std::vector<int> rows;
   for (Index i = 0; i < J.rows(); ++i)
-    if (svd.matrixU().row(i).tail(J.rows() - rank).norm() > 1e-6) rows.push_back(static_cast<int>(i));
+    if (svd.matrixU().row(i).tail(J.rows() - rank).norm() > visible_in_null_vector)
+      rows.push_back(static_cast<int>(i));
   return rows;
 }
 

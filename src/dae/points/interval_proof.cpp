@@ -95,13 +95,15 @@ Interval absolute(Interval a) {
 
 /// cos on an interval: 1 and -1 where it contains multiples of π.
 Interval cosine(Interval a) {
-  constexpr double pi = std::numbers::pi, most = 1e6;  // up to 1e6, multiples of π err by 1e6 ε < 1e-9
+  constexpr double pi = std::numbers::pi;
+  constexpr double most = 1e6, angle = 1e-9;  // up to `most`, multiples of π err by 1e6 ε < angle
+  constexpr double rounding = 1e-15;          // near a zero of cos, of the reduced argument: 4 ε
   if (!a.is_bounded() || a.hi - a.lo >= 2 * pi || absolute(a).hi > most) return {-1, 1};
   const auto contains = [&](double first) {
-    return std::floor((a.hi + 1e-9 - first) / (2 * pi)) >= std::ceil((a.lo - 1e-9 - first) / (2 * pi));
+    return std::floor((a.hi + angle - first) / (2 * pi)) >= std::ceil((a.lo - angle - first) / (2 * pi));
   };
-  const Interval ends = outward(std::min(std::cos(a.lo), std::cos(a.hi)) - 1e-15,
-                                std::max(std::cos(a.lo), std::cos(a.hi)) + 1e-15);
+  const Interval ends = outward(std::min(std::cos(a.lo), std::cos(a.hi)) - rounding,
+                                std::max(std::cos(a.lo), std::cos(a.hi)) + rounding);
   return {contains(pi) ? -1 : std::max(ends.lo, -1.0), contains(0) ? 1 : std::min(ends.hi, 1.0)};
 }
 

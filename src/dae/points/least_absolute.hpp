@@ -99,8 +99,10 @@ class LeastAbsolute {
     double* const N = N_.valuePtr();
     std::fill_n(N, N_.nonZeros(), 0.0);
     right_ = Vec::Zero(n_);
+    constexpr double smooth =
+        0.1;  // |off|, in log units, below which its square is minimised: a tenth of a size
     const auto weighed = [&](double weight, double off) {
-      return weight / (first ? 1 : 0.1 + std::fabs(off));
+      return weight / (first ? 1 : smooth + std::fabs(off));
     };
     std::size_t next = 0;
     for (std::size_t row = 0; row < end_.size(); ++row) {

@@ -305,7 +305,8 @@ std::optional<Magnitudes> SizeEquations::operator()(std::span<const double> valu
   Vec log_unit = p.least(right_sides, singles);
   constexpr double credible = 80;  // in a long chain small contradictions add up to meaningless sizes
   if (n > 0 && log_unit.maxCoeff() - log_unit.minCoeff() > credible) {
-    for (Index j = 0; j < n; ++j) singles.push_back({j, 0, 0.1});
+    constexpr double pull = 0.1;  // weight of "this unit is 1" beside an equation's 1
+    for (Index j = 0; j < n; ++j) singles.push_back({j, 0, pull});
     log_unit = p.least(right_sides, singles);
   }
   constexpr double largest = 690;  // e⁶⁹⁰ is 1e299: keeps units finite and nonzero

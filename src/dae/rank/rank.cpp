@@ -7,6 +7,7 @@
 #include <random>
 
 #include "base/decompositions.hpp"
+#include "dae/rank/rank_with_gap.hpp"
 #include "expr/generic/generic.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/graph/derivative.hpp"
@@ -14,15 +15,6 @@
 
 namespace pendula::dae {
 namespace {
-
-/// Divides rows, then columns, by their largest entry, so that the rank does not depend on units.
-Mat scaled_once(Mat m) {
-  for (Eigen::Index i = 0; i < m.rows(); ++i)
-    if (const double s = m.row(i).cwiseAbs().maxCoeff(); s > 0) m.row(i) /= s;
-  for (Eigen::Index j = 0; j < m.cols(); ++j)
-    if (const double s = m.col(j).cwiseAbs().maxCoeff(); s > 0) m.col(j) /= s;
-  return m;
-}
 
 constexpr double rank_tolerance =
     1e-9;  // relative to σ₁: far above rounding (1e-15·n), far below deliberate values
@@ -49,7 +41,7 @@ Mat evaluate(const MatX& m, const std::unordered_map<Expr, double>& values) {
 
 int numeric_rank(const Mat& m, double* gap) {
   if (m.size() == 0) return 0;
-  const Eigen::JacobiSVD<Mat> svd(scaled_once(m));
+  const Eigen::JacobiSVD<Mat> svd(equilibrated(m));
   const Vec s = svd.singularValues();
   int rank = 0;
   while (rank < s.size() && s[rank] > rank_tolerance * s[0] && s[rank] > 0) ++rank;
@@ -77,7 +69,7 @@ class RankInOwnUnits {
     };
     value_ = matrix(place);
     noise_ = Mat::Zero(m.rows(), m.cols());
-    constexpr double last_digits = 4e-16;
+    constexpr double last_digits = 4e-16;   // 1 ± this rounds to 1 ± 2 ε
     for (std::size_t k = 1; k <= 8; ++k) {  // a single perturbation may happen to round alike
       std::vector<double> moved = place;
       for (std::size_t j = 0; j < moved.size(); ++j)

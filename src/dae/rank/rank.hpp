@@ -7,11 +7,17 @@
 // values with cancellation recognised.
 #pragma once
 
+#include <numbers>
+
 #include "base/math.hpp"
 #include "dae/rank/modular.hpp"
 #include "expr/graph/matrix.hpp"
 
 namespace pendula::dae {
+
+/// The fractional parts of its multiples 1, 2 … n divide [0, 1] most evenly for every n (Knuth, The Art of
+/// Computer Programming 3, 1998, §6.4).
+constexpr double golden_fraction = std::numbers::phi - 1;
 
 /// Deterministic pseudo-random values in [0.5, 1.5] for every leaf and unspecified function the outputs
 /// contain. The `attempt`-th draw; different attempts are independent.

@@ -12,8 +12,8 @@ namespace {
 
 using Index = Eigen::Index;
 
-constexpr double rank_cut = 1e-8;  // relative to σ₁; larger σ always count
-constexpr double rounding = 1e-16;
+constexpr double rank_cut = 1e-8;   // relative to σ₁; larger σ always count
+constexpr double rounding = 1e-16;  // ≈ ε/2, relative to σ₁: the size of a σ that is 0 without rounding
 
 /// The rank if a QR factorisation with pivoting proves it: with diagonal blocks R₁₁ (r × r) and R₂₂, σ_r ≥
 /// 1/‖R₁₁⁻¹‖ and σ_{r+1} ≤ ‖R₂₂‖, Frobenius norms (Golub & Van Loan 2013, §5.4.2). Empty if these bounds do
@@ -35,13 +35,18 @@ std::optional<RankGap> proved_rank(const Mat& m) {
 
 }  // namespace
 
+LargestEntries divide_by_largest(Mat& m) {
+  LargestEntries largest{Vec::Ones(m.rows()), Vec::Ones(m.cols())};
+  if (m.size() == 0) return largest;
+  for (Index i = 0; i < m.rows(); ++i)
+    if (const double s = m.row(i).cwiseAbs().maxCoeff(); s > 0) m.row(i) /= largest.rows[i] = s;
+  for (Index j = 0; j < m.cols(); ++j)
+    if (const double s = m.col(j).cwiseAbs().maxCoeff(); s > 0) m.col(j) /= largest.columns[j] = s;
+  return largest;
+}
+
 Mat equilibrated(Mat m) {
-  for (int sweep = 0; sweep < 3; ++sweep) {
-    for (Index i = 0; i < m.rows(); ++i)
-      if (const double s = m.row(i).cwiseAbs().maxCoeff(); s > 0) m.row(i) /= s;
-    for (Index j = 0; j < m.cols(); ++j)
-      if (const double s = m.col(j).cwiseAbs().maxCoeff(); s > 0) m.col(j) /= s;
-  }
+  divide_by_largest(m);
   return m;
 }
 

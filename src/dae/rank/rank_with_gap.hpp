@@ -5,7 +5,14 @@
 
 namespace pendula::dae {
 
-/// Rows and columns divided by their largest entries, three times in turn: ranks must not depend on units.
+/// Divides the rows of m, then its columns, by their largest entries, and returns these (1 for lines of
+/// zeros). A second sweep would divide by 1: after the rows, every entry is at most 1 and every row has a 1;
+/// the column of this 1 is not changed, and the others have 1 as their largest entry after the division.
+struct LargestEntries {
+  Vec rows, columns;
+};
+LargestEntries divide_by_largest(Mat& m);
+/// m after divide_by_largest(): ranks must not depend on units.
 Mat equilibrated(Mat m);
 /// What rows and columns are multiplied by so that the logarithms of the entries are least in the sense of
 /// least squares: the result is the same in any units of rows and columns.
@@ -20,6 +27,10 @@ struct RankGap {
   double gap = 0;  ///< σ_r / σ_{r+1}, rounding level taken as the least σ; a lower bound where QR proves it
 };
 constexpr double clear_gap = 1e6;  ///< between singular values that count and those that do not
+
+/// Smaller components of null vectors count as 0. Rounding leaves ε/σ_r in them: 2e-8 at σ_r = 1e-8 σ₁, where
+/// rank_with_gap() cuts.
+constexpr double visible_in_null_vector = 1e-6;
 
 /// Rank after equilibration of rows and columns, cut at the widest gap of singular values below 1e-8 σ₁: by a
 /// QR factorisation with pivoting where its bounds show that gap, by the singular values elsewhere. Cost:

@@ -3,24 +3,27 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dae/rank/rank.hpp"
+
 namespace pendula::dae {
 
 StableValues evaluate_stable(const Evaluator& outputs, const Vec& w, std::span<const double> others,
                              const Vec& unit) {
-  constexpr double golden = 0.6180339887498949;
+  constexpr double known_to = 1e-10;  // of w, which is a point with residuals below 1e-11, or exact
+  constexpr double clear = 10;        // times the change, as in rank.cpp
   std::vector<double> here(w.begin(), w.end()), moved;
   here.insert(here.end(), others.begin(), others.end());
   moved = here;
   for (std::size_t j = 0; j < static_cast<std::size_t>(w.size()); ++j) {
-    const double part = std::fmod((static_cast<double>(j) + 1) * golden, 1.0);
+    const double part = std::fmod((static_cast<double>(j) + 1) * golden_fraction, 1.0);
     const double small = unit.size() ? std::min(unit[j], 1.0) : 1;
-    moved[j] += (0.5 + part) * 1e-10 * (std::fabs(here[j]) + 0.01 * small);
+    moved[j] += (0.5 + part) * known_to * (std::fabs(here[j]) + 0.01 * small);
   }
   auto values = outputs(here);
   const auto other = outputs(moved);
   std::vector<char> noise(values.size());
   for (std::size_t k = 0; k < values.size(); ++k)
-    noise[k] = std::fabs(values[k]) <= 10 * std::fabs(values[k] - other[k]);
+    noise[k] = std::fabs(values[k]) <= clear * std::fabs(values[k] - other[k]);
   return {std::move(values), std::move(noise)};
 }
 

@@ -67,7 +67,7 @@ ArrayEquations::ArrayEquations(const Model& m, int order) : array(m.residuals, m
 
 std::optional<ArrayPoint> regular_point(const Model& m, const ArrayEquationsPtr& equations,
                                         const std::unordered_map<Expr, double>& near) {
-  constexpr int seeds = 16;
+  constexpr int seeds = 16;  // starting values tried
   if (!equations->numeric) return {};
   const NumericArray& numeric = *equations->numeric;
   ArrayPoint best{equations, {}, {}, {}};
@@ -112,7 +112,7 @@ std::unordered_map<Expr, double> values_at_regular_point(const Model& m, int ord
 std::unordered_map<Expr, double> derivatives_near(const ModelPtr& array,
                                                   const std::unordered_map<Expr, double>& point) {
   const ModelPtr source = to_first_order(original(array));
-  constexpr int trials = 4;
+  constexpr int trials = 4;  // starting values of every stage
   const StagedPoints stages(*source, differentiation_index(*source).index);
   std::unordered_map<Expr, double> found;
   const auto states = static_cast<Index>(source->variables.size());

@@ -22,10 +22,10 @@ namespace {
 
 using Index = Eigen::Index;
 
-constexpr std::size_t most_variables = 40;
-constexpr Index largest_shown = 3;    // size up to which a matrix is shown with its determinant
-constexpr int widest_shown = 140;     // characters of an explanatory formula
-constexpr double longest_node = 400;  // nodes up to which a formula is simplified
+constexpr std::size_t most_variables = 40;  // of a model that is explained: ranks at several points
+constexpr Index largest_shown = 3;          // size up to which a matrix is shown with its determinant
+constexpr int widest_shown = 140;           // characters of an explanatory formula
+constexpr double longest_node = 400;        // nodes up to which a formula is simplified
 
 bool is_variable(Expr leaf) { return symbol_of(leaf).kind == Kind::variable; }
 

@@ -44,7 +44,7 @@ void describe_substitutions(const Model& m, const std::vector<Constraint>& const
 
 /// "x₁′, x₂′, z"; for a large model the first names only.
 std::string unknowns_text(const Model& m) {
-  constexpr std::size_t most = 40, shown = 12;
+  constexpr std::size_t most = 40, shown = 12;  // names; of a longer list
   std::vector<Expr> list = m.top_derivatives();
   const auto z = m.algebraic();
   list.insert(list.end(), z.begin(), z.end());
@@ -113,7 +113,7 @@ ModelPtr made_acc(const ModelPtr& given) {
     if (word == "holds")
       done->trace.push_back(
           (line.starts_with("index") ? "The original model has " : "Of the original model: ") + line + ".");
-  constexpr std::size_t most = 40;
+  constexpr std::size_t most = 40;  // conditions in a trace
   std::vector<std::string> conditions;
   for (const Constraint& c : done->invariants)
     if (conditions.size() < most) conditions.push_back(condition_text(c));

@@ -159,8 +159,8 @@ Substitution stand_ins(const Model& m, const DummySelection& selection, std::vec
 /// Explains the choice: the differentiated equations can be solved for these derivatives.
 void trace_choice(const std::vector<Expr>& rows, const Model& m, const Offsets& o,
                   const DummySelection& selection, std::vector<std::string>& trace) {
-  constexpr std::size_t largest = 3;
-  constexpr int widest = 80;
+  constexpr std::size_t largest = 3;  // rows of a matrix that is shown
+  constexpr int widest = 80;          // columns of a terminal
   std::vector<Expr> chosen;
   for (Expr leaf : selection.dummies)
     for (std::size_t j = 0; j < m.variables.size(); ++j)

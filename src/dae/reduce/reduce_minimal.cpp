@@ -25,6 +25,8 @@
 namespace pendula::dae {
 namespace {
 
+constexpr double equally_good = 1e-12;  // relative: slopes that differ by their rounding, 4500 ε
+
 using Index = Eigen::Index;
 
 struct Candidate {
@@ -113,7 +115,7 @@ class Dependents {
       const Candidate next{v.leaf, slope, !has_unknown(slope), strength_at(slope, m_, at_)};
       if (next.strength == 0) continue;
       const bool better = !best || (next.safe && !best->safe) ||
-                          (next.safe == best->safe && next.strength >= best->strength * (1 - 1e-12));
+                          (next.safe == best->safe && next.strength >= best->strength * (1 - equally_good));
       if (better) best = next;  // the last of equally good ones, so that the first coordinates stay
     }
     return best;
@@ -175,9 +177,10 @@ class Dependents {
                        ", and which root holds depends on where the solution is. Name a "
                        "start: reduce(\"minimal\", { at = sys:init{ fix = … } })"));
     const auto best = std::max_element(list.begin(), list.end(), [](const Quadratic& p, const Quadratic& q) {
-      return std::fabs(p.slope) < std::fabs(q.slope) * (1 - 1e-12);
+      return std::fabs(p.slope) < std::fabs(q.slope) * (1 - equally_good);
     });
-    if (!(std::fabs(best->slope) > 1e-12))
+    constexpr double vanished = 1e-12;  // at a start that is exact to rounding: 4500 ε of unknowns of size 1
+    if (!(std::fabs(best->slope) > vanished))
       throw Error(
           text("form \"minimal\": at this start both roots of the constraint ", c.label, "  0 = ", to_text(e),
                " coincide for each of ", grouped_names(names),
@@ -211,7 +214,7 @@ class Dependents {
 
   /// Reports the consequences of y = φ for y′ and y″.
   void trace_derivatives(Expr leaf, Expr phi) {
-    constexpr int widest = 120;
+    constexpr int widest = 120;  // columns of a terminal
     const Substitution own = with_derivatives(leaf, phi);
     for (int k = 1; k < static_cast<int>(own.size()); ++k) {
       const Expr y = derivative_leaf(leaf, k), rate = simplify(own.at(y));
@@ -271,7 +274,7 @@ std::vector<Block> remaining(const Model& m, const std::vector<Chain>& removed, 
 /// The equations after the substitution, before multipliers are eliminated.
 void trace_equations(const std::vector<Block>& blocks, std::vector<std::string>& trace) {
   constexpr Index most = 8;
-  constexpr int widest = 150;
+  constexpr int widest = 150;  // columns of a terminal
   Index rows = 0;
   for (const Block& b : blocks) rows += b.lhs.size();
   if (rows > most) return;

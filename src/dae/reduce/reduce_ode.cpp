@@ -117,7 +117,7 @@ class Elimination {
   /// The solution written out if it stays readable. A matrix that varies along a solution must be definite,
   /// like mass matrices and Cq W⁻¹ Cqᵀ; any other needs pivoting.
   VecX written_solution(Index n) {
-    constexpr int widest = 400;
+    constexpr int widest = 400;  // characters
     const bool moving = std::any_of(A.begin(), A.end(), [](const Entry& e) { return varies(e.value); });
     const bool mass_matrix = m_.mechanics && m_.mechanics->C.size() == 0;
     if (moving && (n > 2 || !(mass_matrix || definite))) return numeric_solution();
@@ -211,7 +211,7 @@ std::vector<std::string> derivation(const Elimination& e, const Model& low) {
 
 /// "The multiplier is eliminated: z = …", short values written out.
 std::vector<std::string> eliminated_variables(const Model& low, const Substitution& values) {
-  constexpr int widest = 160;
+  constexpr int widest = 160;  // columns of a terminal
   const auto list = low.algebraic();
   if (list.empty()) return {};
   const bool one = list.size() == 1;

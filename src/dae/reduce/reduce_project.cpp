@@ -181,7 +181,7 @@ ModelPtr reduce_project(const ModelPtr& given) {
 }
 
 double project(const Model& model, std::unordered_map<Expr, double>& values) {
-  constexpr int most_steps = 30;
+  constexpr int most_steps = 30;  // of Newton's method: 26 halve a double root down to √ε
   double largest = 0;
   for (const Projection& p : model.projections) {
     bool done = false;

@@ -125,8 +125,8 @@ bool add_multipliers(std::vector<Block>& blocks, const Model& first, const std::
 
 /// Describes Cq Cqᵀ, which has to be regular; shows its entries if they are short.
 std::string gram_matrix(const std::vector<Chain>& positions) {
-  constexpr std::size_t most = 3;
-  constexpr int widest = 60;
+  constexpr std::size_t most = 3;  // rows of a matrix that is shown
+  constexpr int widest = 60;       // columns of a terminal
   if (positions.size() > most) return "";
   std::vector<Expr> C, q;
   for (const Chain& chain : positions) C.push_back(chain.below[0].residual);

@@ -188,7 +188,7 @@ Step eliminate_constant_rows(Equations& e, const Structure& s, std::vector<std::
 
 namespace {
 
-constexpr std::int64_t prime = (std::int64_t{1} << 61) - 1;
+constexpr std::int64_t prime = (std::int64_t{1} << 61) - 1;  // a Mersenne prime
 
 std::int64_t product(std::int64_t a, std::int64_t b) {
   return static_cast<std::int64_t>(static_cast<unsigned __int128>(a) * static_cast<unsigned __int128>(b) %
@@ -206,7 +206,7 @@ std::int64_t power(std::int64_t base, std::int64_t exponent) {
 
 /// Reconstructs a fraction with numbers up to a million from a residue, by Euclid's algorithm.
 std::optional<mpq_class> fraction_of(std::int64_t residue) {
-  constexpr std::int64_t bound = 1'000'000;
+  constexpr std::int64_t bound = 1'000'000;  // 2 · bound² < prime: the fraction is the only one
   std::int64_t r0 = prime, r1 = residue, t0 = 0, t1 = 1;
   while (r1 > bound) {
     const std::int64_t q = r0 / r1;
@@ -241,7 +241,7 @@ namespace {
 /// combinations, until a row vanishes.
 std::optional<std::map<int, mpq_class>> constant_null_vector(const Structure& s,
                                                              const std::vector<int>& order) {
-  constexpr int points = 3;
+  constexpr int points = 3;  // an accident has probability (degree) 2⁻⁶¹ at each
   std::vector<Expr> values;
   for (const Entry& e : s.jacobian) values.push_back(e.value);
   std::vector<std::map<int, Residue>> rows(order.size());

@@ -111,7 +111,8 @@ std::optional<Expr> constant_ratio(Expr a, Expr b) {
   const std::vector<Expr> both{a, b};
   const auto at = pendula::evaluate(both, random_point(both, 0));
   const double near = std::round(at[0] / at[1] * ratio_denominators) / ratio_denominators;
-  if (!(std::fabs(near) < 1e6)) return {};
+  constexpr double largest = 1e6;  // larger ratios are not tried; a smaller one is proved below
+  if (!(std::fabs(near) < largest)) return {};
   const Expr ratio(near);
   return generic::is_zero(a - ratio * b) ? std::optional(ratio) : std::nullopt;
 }

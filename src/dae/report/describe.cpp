@@ -25,8 +25,8 @@ namespace {
 
 using Index = Eigen::Index;
 
-constexpr Index most_lines = 60;  // of equations; sys.equations shows all
-constexpr std::size_t most_names = 30;
+constexpr Index most_lines = 60;        // of equations; sys.equations shows all
+constexpr std::size_t most_names = 30;  // a few lines
 
 /// Has ∂F/∂x′ full generic rank, but not where the equations hold? Then a DAE looks like an implicit ODE.
 bool loses_leading_rank(const Model& m) {
@@ -112,7 +112,7 @@ std::string parameter_values(const Model& m) {
 
 /// If every unknown is differentiated, the rank of ∂F/∂x′ distinguishes implicit ODEs from DAEs.
 void leading_rank(const Model& m, Table& symbols) {
-  constexpr std::size_t affordable = 300;
+  constexpr std::size_t affordable = 300;  // rows: ranks of dense matrices
   const auto top = m.top_derivatives();
   if (m.kind == ModelKind::ode || !m.algebraic().empty() || top.size() != m.residuals.size() ||
       top.size() > affordable)

@@ -121,7 +121,7 @@ class Cases {
   }
 
   void add_case(const std::string& where, const std::string& answer, bool always) {
-    constexpr std::size_t most = 8;
+    constexpr std::size_t most = 8;  // lines
     const std::string line = "for " + where + ": " + answer;
     const bool is_new = std::find(lines_.begin(), lines_.end(), line) == lines_.end();
     if (lines_.size() < most && is_new && (always || (answer != here_ && answer != "no index")))

@@ -7,6 +7,7 @@
 #include "dae/index/differentiation_index.hpp"
 #include "dae/model/parameter_values.hpp"
 #include "dae/rank/rank.hpp"
+#include "dae/rank/rank_with_gap.hpp"
 #include "dae/report/parameter_cases.hpp"
 #include "dae/structure/signature.hpp"
 #include "expr/print/print.hpp"
@@ -17,11 +18,10 @@ namespace {
 
 /// The unknowns with a visible component in the null vector of J.
 std::vector<std::string> null_vector_names(const StructureReport& s, const Mat& J) {
-  constexpr double share = 1e-6;
   const Mat N = null_space(J);
   std::vector<std::string> names;
   for (Eigen::Index j = 0; j < N.rows(); ++j)
-    if (N.row(j).norm() > share) {
+    if (N.row(j).norm() > visible_in_null_vector) {
       const auto at = static_cast<std::size_t>(j);
       names.push_back(to_text(derivative_leaf(s.model->variables[at].leaf, s.analysis.offsets.d[at])));
     }
@@ -30,7 +30,7 @@ std::vector<std::string> null_vector_names(const StructureReport& s, const Mat& 
 
 /// Sets σ_n/σ_1 of the equilibrated system Jacobian at a start; empty for large models.
 void look_at(StructureReport& s, const ConsistentState& at) {
-  constexpr std::size_t affordable = 300;
+  constexpr std::size_t affordable = 300;  // unknowns; singular values cost O(n³)
   const std::size_t n = s.model->variables.size();
   for (const Variable& v : s.model->variables)
     if (!at.value_for(*s.model, v.leaf))

@@ -67,7 +67,9 @@ bool reachable(const Model& m, const Analysis& a, Expr factor, const Accept& acc
     if (std::find(unknowns.begin(), unknowns.end(), leaf) == unknowns.end()) all.push_back(leaf);
   const Evaluator evaluate(outputs, all);
   const auto n = static_cast<Eigen::Index>(rows.size()), k = static_cast<Eigen::Index>(unknowns.size());
-  constexpr int patience = 12;  // iterations without progress
+  constexpr int patience = 12;                          // iterations without progress
+  constexpr double progress = 0.9;                      // of the residual
+  constexpr double satisfied = 1e-9, converged = 1e-6;  // Newton's next step is the square, 10⁻¹²
   for (int seed = 0; seed < 8; ++seed) {
     auto point = random_point(outputs, seed);
     std::vector<double> w;
@@ -82,11 +84,12 @@ bool reachable(const Model& m, const Analysis& a, Expr factor, const Accept& acc
       const Vec step = Eigen::CompleteOrthogonalDecomposition<Mat>(J).solve(Vec(-r));
       Eigen::Map<Vec> moved(w.data(), k);
       moved += step;
-      if (const double size = r.norm(); size < 0.9 * least) {
+      if (const double size = r.norm(); size < progress * least) {
         least = size;
         last = iteration;
       }
-      if (r.cwiseAbs().maxCoeff() < 1e-9 && step.norm() <= 1e-6 * (1 + moved.cwiseAbs().maxCoeff())) {
+      if (r.cwiseAbs().maxCoeff() < satisfied &&
+          step.norm() <= converged * (1 + moved.cwiseAbs().maxCoeff())) {
         for (std::size_t j = 0; j < unknowns.size(); ++j) point[unknowns[j]] = w[j];
         if (!accept || accept(point)) return true;
         break;
@@ -242,7 +245,8 @@ void require_nonsingular(const Model& m, const std::unordered_map<Expr, double>&
     });
     if (!known) continue;
     const double g = pendula::evaluate({&n.factor, 1}, values)[0];
-    if (std::fabs(g) > 1e-14) continue;
+    constexpr double rounding = 1e-14;  // 45 ε, of factors of size 1
+    if (std::fabs(g) > rounding) continue;
     throw Error(text(truncated_text(n.factor), " = 0 at the start, and ", n.where,
                      n.remedy.empty() ? "" : "; " + n.remedy, ". reduce(\"", m.form,
                      "\", { at = sys:init{ … } }) chooses by a start"));

@@ -111,7 +111,7 @@ bool ContinuationCheck::is_least(const Continuation& continuation, const Continu
   constexpr double share = 0.3, change = 0.1, least_change = same_derivative;
   // relative to a residual; smaller changes are rounding at the least h, 10⁻⁷
   constexpr double unchanged = 1e-9;
-  constexpr int decades = 7;
+  constexpr int decades = 7;  // from a tenth of the time scale
   const double slope = along.derivatives[place.leaf].second[place.order];
   const double by = change * std::fabs(slope) + least_change * unit;
   double h = 0.1 * scale_;

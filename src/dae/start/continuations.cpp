@@ -32,8 +32,9 @@ constexpr double nearby = 2e-3;  // in units: distance of the states of a found 
 /// Otherwise the states are varied, since next to it every branch is regular and attracts nearby points.
 std::vector<Vec> points_near(const NumericArray& numeric, Index states, const PointValues& point,
                              bool exact) {
-  constexpr int attempts = 32;
-  constexpr double golden = 0.6180339887498949;
+  constexpr int attempts = 32;  // half of them keep all given values
+  // Units by which states are varied are within ±2 of these: close to a branch, and up to half of `nearby`.
+  constexpr double slightly = 1e-7, clearly = nearby / 4;
   auto known = numeric.known(0);
   for (auto& [leaf, value] : known) {
     const auto given = point.find(leaf);
@@ -46,9 +47,11 @@ std::vector<Vec> points_near(const NumericArray& numeric, Index states, const Po
     for (Index j = 0; j < w.size(); ++j) {
       const auto given = point.find(numeric.columns()[j]);
       const bool keep = given != point.end() && (j < states || attempt % 2 == 0);
-      const double drawn = 4 * std::fmod((attempt + 1) * golden * static_cast<double>(j + 1), 1.0) - 2;
+      const double drawn =
+          4 * std::fmod((attempt + 1) * golden_fraction * static_cast<double>(j + 1), 1.0) - 2;
       w[j] = keep ? given->second : drawn * numeric.unit()[j];
-      if (keep && j < states && !exact) w[j] += (attempt % 4 < 2 ? 1e-7 : 5e-4) * drawn * numeric.unit()[j];
+      if (keep && j < states && !exact)
+        w[j] += (attempt % 4 < 2 ? slightly : clearly) * drawn * numeric.unit()[j];
     }
     const auto at = numeric.project(w, known, 0, exact ? vanishing : 0);
     if (!at) continue;
@@ -161,7 +164,8 @@ std::optional<SolvedArray> solved_near(const NumericArray& numeric, Index held, 
   });
   const Mat N = null_space(equilibrated(J.rightCols(J.cols() - states)));
   SolvedArray solved{at->w, std::vector<char>(columns.size(), 0)};
-  for (Index j = 0; j < N.rows() && N.cols() > 0; ++j) solved.open[j + states] = N.row(j).norm() > 1e-6;
+  for (Index j = 0; j < N.rows() && N.cols() > 0; ++j)
+    solved.open[j + states] = N.row(j).norm() > visible_in_null_vector;
   return solved;
 }
 
@@ -180,8 +184,8 @@ int determined_orders(const std::vector<Expr>& states, const std::vector<Expr>& 
 }  // namespace
 
 std::vector<Continuation> continuations_at(const Model& m, const PointValues& point) {
-  constexpr int most_derivatives = 4;
-  constexpr std::size_t affordable = 12, most = 4;
+  constexpr int most_derivatives = 4;               // a factorisation of all of them per attempt
+  constexpr std::size_t affordable = 12, most = 4;  // unknowns; continuations
   if (m.variables.size() > affordable || !m.inputs.empty() || m.residuals.size() != m.variables.size())
     return {};
   const auto arrays = numeric_arrays(m);
@@ -257,7 +261,7 @@ std::string cannot_choose(const Model& m, Expr leaf, double value) {
   for (const Variable& v : m.variables)
     if (const Expr slope = derivative_leaf(v.leaf, std::max(v.order, 1)); !slopes.count(slope))
       keys.push_back(text("{ ", key_text(slope), " = 1 }"));
-  constexpr std::size_t most = 3;
+  constexpr std::size_t most = 3;  // shown as examples
   if (keys.size() > most) keys.resize(most);
   const std::string why = text("branch = { ", key_text(leaf), " = ", rounded(value), " }: ",
                                is_variable ? "solutions that meet have the same " + to_text(leaf)

@@ -129,10 +129,10 @@ std::string ConsistentState::lost_digits_text() const {
 std::string ConsistentState::ledger() const {
   const auto beside_terms = [&](const auto& c) {  // rounding leaves 10⁸ of terms of size 10²⁴
     return std::fabs(c.second) /
-           std::max(1.0, std::fabs(c.second) < 1e-9 ? 1 : size_of_terms(c.first.residual, values));
+           std::max(1.0, std::fabs(c.second) < typed_accuracy ? 1 : size_of_terms(c.first.residual, values));
   };
   const bool consistent = std::all_of(constraints.begin(), constraints.end(),
-                                      [&](const auto& c) { return beside_terms(c) < 1e-9; });
+                                      [&](const auto& c) { return beside_terms(c) < typed_accuracy; });
   std::string out = text(consistent ? "consistent" : "inconsistent", " start at t = ", rounded(t), ": ", free,
                          free == 1 ? " free initial value" : " free initial values", "\n");
   out += values_text(rows);
@@ -156,12 +156,13 @@ std::string ConsistentState::ledger() const {
   if (constraints.empty()) return out;
   out += "constraints\n";
   Table residuals({false, true, false});
+  constexpr double rounding = 1e-12;  // digits of smaller residuals say nothing: 4500 ε of the terms
   for (const auto& entry : constraints) {
     const auto& [c, r] = entry;
     residuals.row({c.label,
-                   std::fabs(r) < 1e-12          ? "≤ 1e-12"
-                   : beside_terms(entry) < 1e-12 ? "≤ 1e-12 of its terms"
-                                                 : rounded(r, 2),
+                   std::fabs(r) < rounding          ? "≤ 1e-12"
+                   : beside_terms(entry) < rounding ? "≤ 1e-12 of its terms"
+                                                    : rounded(r, 2),
                    "0 = " + truncated_text(c.residual)});
   }
   return out + residuals.str(2);

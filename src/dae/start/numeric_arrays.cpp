@@ -31,7 +31,7 @@ const NumericArray& NumericArrays::of_order(int k) {
 std::size_t NumericArrays::nodes(int k) { return topological(level(k).rows).size(); }
 
 std::shared_ptr<NumericArrays> numeric_arrays(const Model& model) {
-  constexpr std::size_t models = 4;
+  constexpr std::size_t models = 4;  // kept; a start and its continuations ask for one model in turn
   static ModelCache<std::shared_ptr<NumericArrays>> known(models);
   const ModelKey key = key_of(model);
   if (const auto* kept = known.find(key)) return *kept;

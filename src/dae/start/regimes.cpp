@@ -20,14 +20,14 @@
 namespace pendula::dae {
 namespace {
 
-constexpr std::size_t most_candidates = 300;
+constexpr std::size_t most_candidates = 300;  // each is a start to be solved
 constexpr double exact_border = 1e-9;  // relative to the terms of a margin; smaller exact values count as 0
 constexpr double close = 1e-7;         // relative to the terms of a condition that counts as satisfied
 
 /// Accuracies to try: exact values, then values accurate to the tolerance of the run that produced them, then
 /// to multiples of it, since errors of steps accumulate.
 std::vector<Regimes::Accuracy> readings(double rtol) {
-  constexpr double coarsest = 0.03;
+  constexpr double coarsest = 0.03;  // of the terms; beyond it signs of margins would say little
   std::vector<Regimes::Accuracy> list{{exact_border, close, true}};
   if (rtol <= 0) return list;
   for (double share : {1.0, 10.0, 100.0})
@@ -57,12 +57,13 @@ Sizes sizes_at(const ConsistentState& start) {
 /// The sign of an expression shortly after the start, extrapolated along the slopes. For expressions whose
 /// slope differs before and after the start, like that of √(sin² t) at t = 0.
 int sign_ahead(Expr e, const ConsistentState& start, const Sizes& sizes, double border) {
-  constexpr double share = 1e-6;  // of the time scale of the states
+  constexpr double share = 1e-6;        // of the time scale of the states
+  constexpr double three_digits = 1e3;  // of the step at a large t
   PointValues ahead = start.values;
   const double dt = share * (sizes.rate > 0 ? 1 / sizes.rate : 1.0);
   for (Expr leaf : leaves({&e, 1})) {
     if (leaf == time_symbol()) {
-      ahead[leaf] += std::max(dt, 1e3 * rounding_of_sums * std::fabs(ahead[leaf]));
+      ahead[leaf] += std::max(dt, three_digits * rounding_of_sums * std::fabs(ahead[leaf]));
       continue;
     }
     const auto slope = start.values.find(derivative_leaf(leaf));
@@ -217,7 +218,7 @@ Choices::Decided Regimes::decided(const StartRequest& request) const {
 }
 
 static bool find_difference(const Model& m) {
-  constexpr std::size_t few = 3, most = 20;
+  constexpr std::size_t few = 3, most = 20;  // choices: all 2^few regions are compared; above most none
   const Choices choices(m);
   if (choices.size() == 0 || choices.size() > most) return false;
   if (std::any_of(m.residuals.begin(), m.residuals.end(), is_complementarity)) return true;
@@ -229,7 +230,7 @@ static bool find_difference(const Model& m) {
 }
 
 bool regimes_differ(const Model& m) {
-  constexpr std::size_t affordable = 100;
+  constexpr std::size_t affordable = 100;  // unknowns: an index analysis per region
   if (m.variables.size() > affordable || m.residuals.size() != m.variables.size()) return false;
   static ModelCache<bool> known(cached_models);
   const ModelKey key = key_of(m);

@@ -25,10 +25,15 @@ bool holds_as_well(const StartSystem& s, const Vec& w, const Vec& next) {
   return r.allFinite() && (r.array() <= before.array().max(allowed_errors * errors.array())).all();
 }
 
+/// Unknowns at a double root are known to √ε = 1.5e-8 of their unit, times a condition number.
+constexpr double root_of_rounding = 1e-6;
+/// relative to value and unit: a fixed value that the solution moved by less was not moved
+constexpr double same_number = 1e-12;
+
 /// Sets fixed values to exactly the given numbers, and other values to zero if the equations hold with zero
 /// to within rounding: minimal steps leave 1e-16.
 void clean(const StartSystem& s, Vec& w, bool slow) {
-  constexpr double rounding = 1e-14, root_of_rounding = 1e-6;
+  constexpr double rounding = 1e-14;  // 45 ε
   std::vector<char> given(static_cast<std::size_t>(w.size()), 0);
   const auto try_values = [&](const Vec& next) {
     if (next == w) return true;
@@ -40,7 +45,7 @@ void clean(const StartSystem& s, Vec& w, bool slow) {
   for (std::size_t k = 0; k < s.fixes(); ++k)
     if (const auto j = s.fixed_unknown(k))
       if (const double value = s.request.fix[k].second;
-          !s.request.nearest || std::fabs(value - w[*j]) <= 1e-12 * (s.unit[*j] + std::fabs(value)))
+          !s.request.nearest || std::fabs(value - w[*j]) <= same_number * (s.unit[*j] + std::fabs(value)))
         fixed[*j] = value, given[*j] = 1;
   const double largest = w.size() ? w.cwiseQuotient(s.unit).cwiseAbs().maxCoeff() : 0;
   const auto small = [&](Index j) {
@@ -63,7 +68,6 @@ void clean(const StartSystem& s, Vec& w, bool slow) {
 /// The same at a double root, where zero is accepted if the equations can be solved for the other unknowns: y
 /// = 10⁻⁹ would halve the digits of all unknowns that depend on y.
 void clean_double_root(const StartSystem& s, Vec& w) {
-  constexpr double root_of_rounding = 1e-6;
   if (w.size() > dense_up_to) return;
   const double largest = w.cwiseQuotient(s.unit).cwiseAbs().maxCoeff();
   const std::vector<char> fixed = s.fixed();
@@ -117,7 +121,7 @@ std::vector<Moved> moved_values(const StartSystem& s, const Vec& w) {
     const double to = pendula::evaluate({&own, 1}, point)[0];
     const auto j = s.position(own);
     const double size = std::fabs(from) + (j ? s.unit[*j] : 1);
-    if (std::fabs(to - from) > 1e-12 * size) list.push_back({leaf, from, to});
+    if (std::fabs(to - from) > same_number * size) list.push_back({leaf, from, to});
   }
   return list;
 }

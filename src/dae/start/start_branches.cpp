@@ -14,6 +14,7 @@ namespace {
 
 using Index = Eigen::Index;
 
+// of a model; starts tried from mirrored values, one each; other solutions that an answer names
 constexpr std::size_t most_unknowns = 40, most_mirrors = 12, most_branches = 3;
 constexpr double different = 1e-6;  // in units
 
@@ -66,7 +67,7 @@ bool leads_to(const ConsistentState& at, Expr leaf, double value) {
 /// that differs most.
 std::optional<Index> most_different(const StartSystem& s, const Vec& a, const Vec& b, Index mirrored) {
   const auto difference = [&](Index j) { return std::fabs(a[j] - b[j]) / (s.unit[j] + std::fabs(a[j])); };
-  constexpr double visible = 1e-3;
+  constexpr double visible = 1e-3;  // in the three digits that are shown
   if (difference(mirrored) > visible) return mirrored;
   Index best = 0;
   for (Index j = 1; j < a.size(); ++j)

@@ -21,7 +21,9 @@ namespace {
 
 using Index = Eigen::Index;
 
-bool takes_part(double residual) { return residual > 1e-8; }
+constexpr double satisfied = 1e-8;  // 100 times the residuals of solutions (solved_below in start_solve.cpp)
+
+bool takes_part(double residual) { return residual > satisfied; }
 
 /// Solves rows for unknowns that are not fixed, as long as they are linear in them and `may_divide` accepts
 /// the slope, and substitutes the solutions.
@@ -69,7 +71,7 @@ struct Conflict {
 /// Is it proved that these equations hold nowhere at these fixed values? By intervals, before and after
 /// elimination of unknowns. Typed numbers are exact; others have rounding errors.
 bool is_proved(const StartSystem& s, const Conflict& conflict) {
-  constexpr std::size_t most_eliminated = 20;
+  constexpr std::size_t most_eliminated = 20;  // rows: their expressions grow with each
   std::vector<Expr> rows;
   std::unordered_map<Expr, double> known;
   Substitution exact;
@@ -102,7 +104,7 @@ bool is_proved(const StartSystem& s, const Conflict& conflict) {
 
 /// A conflict with a proof, reduced to the necessary fixes and equations; empty if there is no proof.
 std::optional<Conflict> proved_conflict(const StartSystem& s) {
-  constexpr std::size_t most_rows = 200;
+  constexpr std::size_t most_rows = 200;  // a proof is tried without each of them
   Conflict conflict;
   for (std::size_t i = 0; i < s.rows.size(); ++i)
     (i < s.first_fix ? conflict.equations : conflict.fixes).push_back(i);
@@ -137,7 +139,7 @@ std::optional<Conflict> conflict_in_one_equation(const StartSystem& s) {
 
 /// Drops every fix that is unnecessary for the contradiction; then keeps the rows with a remaining residual.
 Conflict smallest_conflict(const StartSystem& s, const StartSolution& failed) {
-  constexpr std::size_t most_trials = 40;
+  constexpr std::size_t most_trials = 40;  // starts to be solved, in each of three passes
   Selection selection{std::vector<char>(s.rows.size(), 1), {}};
   std::vector<std::size_t> candidates;
   for (std::size_t i = s.first_fix; i < s.rows.size(); ++i) candidates.push_back(i);
@@ -195,10 +197,11 @@ std::unordered_map<Expr, double> nearest_miss(const StartSystem& s, const Confli
   }
   w = gauss_newton(s, w, selection).w;
   const auto size = [&] { return s.residual(w).head(static_cast<Index>(s.first_fix)).norm(); };
+  constexpr double small = 0.01, as_low = 1.001;                     // of the unit; of the residual
   for (Index j = 0; j < w.size() && w.size() <= dense_up_to; ++j) {  // minima are flat; prefer 0 to 1e-4
-    if (selection.held[j] || std::fabs(w[j]) > 0.01 * s.unit[j]) continue;
+    if (selection.held[j] || std::fabs(w[j]) > small * s.unit[j]) continue;
     const double before = size(), old = std::exchange(w[j], 0);
-    if (!(size() <= before * 1.001)) w[j] = old;
+    if (!(size() <= before * as_low)) w[j] = old;
   }
   return s.point(w);
 }
@@ -227,7 +230,7 @@ std::vector<std::string> violations_of_given_values(const StartSystem& s, const 
     if (!std::all_of(inside.begin(), inside.end(), [&](Expr leaf) { return fixed.count(leaf) > 0; }))
       continue;
     const double value = pendula::evaluate({&e, 1}, point)[0];
-    if (std::fabs(value) > 1e-9 * std::max(1.0, size_of_terms(e, point)))
+    if (std::fabs(value) > typed_accuracy * std::max(1.0, size_of_terms(e, point)))
       lines.push_back(text(short_label(s, i), ":  0 ≠ ", rounded(value, 6), " = ", truncated_text(e), "  at ",
                            values_of(inside, point)));
   }
@@ -245,8 +248,9 @@ std::vector<std::string> violations(const StartSystem& s, const Conflict& confli
   for (std::size_t i : conflict.fixes)
     if (const auto j = s.fixed_unknown(i - s.first_fix)) fixed.push_back(s.unknowns[*j]);
   const auto value = [&](Expr e) { return pendula::evaluate({&e, 1}, point)[0]; };
-  const auto rounding = [&](Expr e) { return 1e-12 * std::min(1.0, size_of_terms(e, point)); };
-  constexpr std::size_t readable = 8;
+  constexpr double digits = 1e-12;     // 4500 ε of the terms: the rest of an elimination
+  constexpr std::size_t readable = 8;  // equations
+  const auto rounding = [&](Expr e) { return digits * std::min(1.0, size_of_terms(e, point)); };
   if (equations.size() <= readable)
     for (Expr e : conditions_on_fixed(s, equations, fixed, point))
       if (std::isfinite(value(e)) && std::fabs(value(e)) > rounding(e))

@@ -102,8 +102,8 @@ class Extension {
 
 bool add_derivatives(const Model& model, const std::vector<Expr>& wanted, const Substitution& inputs,
                      std::unordered_map<Expr, double>& values) {
-  constexpr int deepest = 8;  // differentiations; practical models have an index of at most 5
-  constexpr std::size_t most = 400;
+  constexpr int deepest = 8;         // differentiations; practical models have an index of at most 5
+  constexpr std::size_t most = 400;  // equations: an orthogonal decomposition of them per differentiation
   std::vector<Expr> residuals = model.residuals;
   if (residuals.size() > most) return false;
   if (!inputs.empty()) residuals = substitute(residuals, inputs);

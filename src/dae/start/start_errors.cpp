@@ -213,7 +213,7 @@ static std::string singular_here(const ModelPtr& model, const StartSystem& s, co
 
 void explain_freedom(const ModelPtr& model, const StartSystem& s, const Vec& w, const Freedom& open) {
   const auto name = [&](Index j) { return to_text(s.unknowns[j]); };
-  constexpr std::size_t most = 24;
+  constexpr std::size_t most = 24;  // names: two lines
   std::vector<std::string> candidates, redundant;
   for (Index j : open.open)
     if (candidates.size() < most) candidates.push_back(name(j));
@@ -233,7 +233,7 @@ void explain_freedom(const ModelPtr& model, const StartSystem& s, const Vec& w, 
   for (Index j : open.recommended)
     if (choice.size() < most) choice.push_back(name(j));
   std::string example = "for example fix: " + join(choice, ", ");
-  constexpr std::size_t short_list = 12;
+  constexpr std::size_t short_list = 12;  // names: one line
   const auto more_fixes = completion(model, s, w, open);
   if (!more_fixes && w.size() <= dense_up_to)
     example = text("open: ", join(choice, ", "),

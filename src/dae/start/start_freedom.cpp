@@ -8,6 +8,7 @@
 #include "base/decompositions.hpp"
 #include "base/interrupt.hpp"
 #include "dae/newton/block_solution.hpp"
+#include "dae/rank/rank.hpp"
 #include "dae/rank/rank_with_gap.hpp"
 #include "dae/start/start_system.hpp"
 
@@ -17,9 +18,8 @@ namespace {
 using Index = Eigen::Index;
 using Sparse = Eigen::SparseMatrix<double>;
 
-constexpr double independent = 1e-9;  // new part of a unit row above which it counts as independent
-constexpr double independent_at_double_root = 1e-5;
-constexpr double movable = 1e-8;  // part of a unit direction that counts as motion
+constexpr double independent_at_double_root = 1e-5;  // the point, hence J, is known to √ε = 1.5e-8 there
+constexpr double movable = 1e-8;                     // part of a unit direction that counts as motion
 
 /// An orthonormal basis of the rows seen so far.
 class RowSpace {
@@ -65,7 +65,7 @@ class RowSpace {
 
 /// Rows of N that determine all its columns; of nearly equal rows the first.
 std::vector<Index> pivots(Mat N, const std::vector<Index>& candidates) {
-  constexpr double nearly = 0.7;
+  constexpr double nearly = 0.7;  // a longer row within 3 dB does not replace an earlier one
   Mat M(static_cast<Index>(candidates.size()), N.cols());
   for (Index k = 0; k < M.rows(); ++k) M.row(k) = N.row(candidates[k]);
   Eigen::ColPivHouseholderQR<Mat> qr;
@@ -89,7 +89,7 @@ std::vector<Index> pivots(Mat N, const std::vector<Index>& candidates) {
 /// spring whose deflection is fixed at 0 hides the entries of accelerations in the row. The rank does not
 /// change. Skipped if the other entries are rounding errors.
 void uncover(const StartSystem& s, Mat& J) {
-  constexpr double noise = 1e-14;
+  constexpr double noise = 1e-14;  // 45 ε
   const std::vector<char> fixed = s.fixed();
   auto equations = J.topRows(static_cast<Index>(s.first_fix));
   Vec others = Vec::Zero(equations.rows());
@@ -131,7 +131,7 @@ Freedom regular_freedom(const StartSystem& s) {
 
 Freedom dense_freedom(const StartSystem& s, Mat J, double threshold) {
   uncover(s, J);
-  if (threshold <= independent && is_plainly_regular(J)) return regular_freedom(s);
+  if (threshold <= independent_row && is_plainly_regular(J)) return regular_freedom(s);
   Freedom f;
   const auto first = static_cast<Index>(s.first_fix), n = J.cols();
   RowSpace space(J.topRows(first), threshold);
@@ -265,7 +265,7 @@ class ClassedElimination {
   /// The cheaper of two candidates: a large enough entry of the shortest row, in the shortest column; and an
   /// entry of the shortest column that is large enough in its row, in the shortest row.
   std::pair<Index, Index> cheapest() const {
-    constexpr double threshold = 0.1;
+    constexpr double threshold = 0.1;  // usual for sparse LU: Duff, Erisman & Reid 2017
     const Index p = short_rows_.first();
     std::pair<Index, Index> best{p, -1};
     const double most = largest(p);
@@ -345,20 +345,7 @@ Freedom sparse_freedom(const StartSystem& s, const Sparse& J) {
 }
 
 /// Column factors that scale the largest entries of all rows and columns to 1.
-static Vec column_scales(Mat J) {
-  constexpr int sweeps = 3;
-  Vec scale = Vec::Ones(J.cols());
-  for (int sweep = 0; sweep < sweeps; ++sweep) {
-    for (Index i = 0; i < J.rows(); ++i)
-      if (const double largest = J.row(i).cwiseAbs().maxCoeff(); largest > 0) J.row(i) /= largest;
-    for (Index j = 0; j < J.cols(); ++j)
-      if (const double largest = J.col(j).cwiseAbs().maxCoeff(); largest > 0) {
-        J.col(j) /= largest;
-        scale[j] /= largest;
-      }
-  }
-  return scale;
-}
+static Vec column_scales(Mat J) { return divide_by_largest(J).columns.cwiseInverse(); }
 
 /// Does every level (levels_of) determine its new unknowns, given their fixes and guesses? Then nothing is
 /// open, whatever the rounding errors of all levels together. docs/derivations.md#start.
@@ -400,11 +387,12 @@ static Freedom small_freedom(const StartSystem& s, const Mat& J, double threshol
 /// Is every block of the square Jacobian clearly regular, counting only entries with a small relative error?
 /// An entry that changes within the accuracy of the solution may be 0 at the exact one.
 static bool has_regular_blocks(const StartSystem& s, const Vec& w, Mat J) {
-  constexpr double known = 1e-9, accurate = 0.1, golden = 0.6180339887498949;
+  constexpr double known = 1e-9;    // relative accuracy of a solution: typed_accuracy
+  constexpr double accurate = 0.1;  // relative change of an entry that has its first digit
   if (J.rows() != J.cols()) return false;
   Vec beside = w;
   for (Index j = 0; j < w.size(); ++j) {
-    const double sign = std::fmod(static_cast<double>(j + 1) * golden, 1.0) < 0.5 ? -1 : 1;
+    const double sign = std::fmod(static_cast<double>(j + 1) * golden_fraction, 1.0) < 0.5 ? -1 : 1;
     beside[j] += sign * known * std::max(std::fabs(w[j]), s.unit[j]);
   }
   const Mat other(s.jacobian(beside));
@@ -422,7 +410,7 @@ Freedom freedom(const StartSystem& s, const Vec& w, bool slow) {
   for (Index k = 0; k < J.nonZeros(); ++k)  // √x at a fixed 0: only the occurrence of x matters
     if (!std::isfinite(J.valuePtr()[k])) J.valuePtr()[k] = 1;
   if (w.size() <= dense_up_to && !slow) {
-    Freedom f = small_freedom(s, Mat(J), independent);
+    Freedom f = small_freedom(s, Mat(J), independent_row);
     const bool open =
         f.count > 0 || std::find(f.redundant.begin(), f.redundant.end(), 1) != f.redundant.end();
     return open && has_regular_blocks(s, w, Mat(J)) ? regular_freedom(s) : f;

@@ -48,7 +48,7 @@ class Nearest {
       const double far = 1 + at.w.cwiseQuotient(s_.unit).norm();
       const auto goes_on = [&](const Vec& step) {
         const double size = step.norm();
-        return std::isfinite(size) && size > 1e-14 * far && move(at, step);
+        return std::isfinite(size) && size > rounding * far && move(at, step);
       };
       if (!goes_on(newton) && !goes_on(gauss)) break;
     }
@@ -58,6 +58,7 @@ class Nearest {
 
  private:
   static constexpr int most_steps = 100;
+  static constexpr double rounding = 1e-14;  ///< 45 ε
 
   double distance(const Vec& w) const {
     return weight_.cwiseProduct((w - target_).cwiseQuotient(s_.unit)).norm();
@@ -67,7 +68,7 @@ class Nearest {
   /// would change coordinates by a percent to avoid an acceleration of 10⁷ in a unit that the equations
   /// do not determine.
   StartSolution beside_fixes(Vec w) const {
-    constexpr int few = 5;
+    constexpr int few = 5;  // steps of Newton's method from a good start: 2⁵ times the digits
     for (Index j = 0; j < w.size(); ++j)
       if (weight_[j] != 0) w[j] = target_[j];
     if (w.size() != n_ || !w.allFinite()) return {};
@@ -88,7 +89,7 @@ class Nearest {
   bool move(StartSolution& at, const Vec& step) {
     for (double alpha = 1; alpha > 1e-6; alpha /= 2) {
       StartSolution next = gauss_newton(s_, at.w + alpha * step.cwiseProduct(s_.unit), equations_);
-      if (!next.solved || distance(next.w) > distance(at.w) * (1 + 1e-14)) continue;
+      if (!next.solved || distance(next.w) > distance(at.w) * (1 + rounding)) continue;
       const bool moved = (next.w - at.w).cwiseQuotient(s_.unit).norm() > 1e-15;
       at = std::move(next);
       return moved;
@@ -148,7 +149,7 @@ class Nearest {
     const Vec &row = scaled.first, &column = scaled.second;
     const Vec g = weight_.cwiseProduct((w - target_).cwiseQuotient(s_.unit));
     Eigen::ColPivHouseholderQR<Mat> qr;
-    qr.setThreshold(1e-9);
+    qr.setThreshold(independent_row);
     qr.compute(Mat(J.transpose()));
     const Mat Z = full_q(qr.householderQ()).rightCols(n_ - qr.rank());
     if (Z.cols() == 0) return {Vec::Zero(n_), Vec::Zero(n_)};

@@ -11,7 +11,7 @@ namespace pendula::dae {
 namespace {
 
 constexpr std::size_t affordable = 40;  // unknowns of a model up to which the regions are solved individually
-constexpr std::size_t most_choices = 8;
+constexpr std::size_t most_choices = 8;  // 2⁸ = 256 regions, a start each
 constexpr std::size_t most_reasons = 8;  // listed in an error
 
 }  // namespace

@@ -14,12 +14,12 @@
 namespace pendula::dae {
 namespace {
 
-constexpr std::size_t most_signs = 4;
-constexpr int values_of_sign = 4;
+constexpr int values_of_sign = 4;      // 1, -1, 0, and an unknown that keeps the argument at 0
+constexpr std::size_t most_signs = 4;  // 4⁴ = 256 trials
 
 /// The sign functions whose arguments are 0 at a start.
 std::vector<Expr> signs_at_zero(const Model& model, const ConsistentState& at) {
-  constexpr double rounding = 1e-12;
+  constexpr double rounding = 1e-12;  // 4500 ε of the terms
   std::vector<Expr> nodes;
   for (Expr node : topological(model.residuals)) {
     if (node.op() != Op::sign) continue;

@@ -29,7 +29,8 @@ namespace {
 using Index = Eigen::Index;
 
 constexpr std::size_t most_by_svd = 60;  // unknowns; singular values cost O(n³)
-constexpr std::size_t continued = 12;    // unknowns of a model up to which a smooth continuation is searched
+constexpr double zero = 1e-9;  // of a vanishing expression: a point near a double root has √ε = 1.5e-8
+constexpr std::size_t continued = 12;  // unknowns of a model up to which a smooth continuation is searched
 
 std::vector<Expr> unknowns_of_step(const Model& low) {
   std::vector<Expr> list = low.top_derivatives();
@@ -40,7 +41,6 @@ std::vector<Expr> unknowns_of_step(const Model& low) {
 
 /// "t = 0, y = 0": the vanishing expressions.
 std::string vanishing(const ModelPtr& model, const std::unordered_map<Expr, double>& point) {
-  constexpr double zero = 1e-9;
   std::vector<std::string> words;
   for (const SingularityCondition& c : singularity_conditions(model)) {
     const auto inside = leaves({&c.factor, 1});
@@ -56,7 +56,6 @@ std::string vanishing(const ModelPtr& model, const std::unordered_map<Expr, doub
 /// Does a vanishing expression vanish along the solution as well, by its derivative? Then unknowns stay open.
 /// An isolated singular point, such as z = 0 of z³ = t, is passed.
 bool stays_singular(const ModelPtr& model, const std::unordered_map<Expr, double>& point) {
-  constexpr double zero = 1e-9;
   for (const SingularityCondition& c : singularity_conditions(model)) {
     const Expr slope = total_derivative(c.factor);
     const auto inside = leaves(std::vector<Expr>{c.factor, slope});
@@ -88,7 +87,8 @@ struct SmoothContinuation {
 };
 
 SmoothContinuation smooth_continuation(const StartSystem& s, const Vec& w) {
-  constexpr int most = 3;
+  constexpr int most = 3;                          // differentiations
+  constexpr double rounding = 1e-12, same = 1e-6;  // in units: of a value 0; of the six digits that are shown
   if (s.low->variables.size() > continued || !s.low->invariants.empty()) return {};
   const std::vector<Expr> asked = unknowns_of_step(*s.low), states = s.low->states();
   const auto point = s.point(w);
@@ -120,10 +120,10 @@ SmoothContinuation smooth_continuation(const StartSystem& s, const Vec& w) {
     SmoothContinuation found{"", true};
     for (std::size_t j = 0; j < asked.size(); ++j) {
       const Index at = held + static_cast<Index>(j);
-      const double value = solution->w[at], noise = 1e-12 * s.unit[at];
+      const double value = solution->w[at], noise = rounding * s.unit[at];
       words.push_back(text(to_text(asked[j]), " = ", rounded(std::fabs(value) <= noise ? 0 : value, 6)));
       found.is_here = found.is_here &&
-                      std::fabs(solution->w[at] - start[at]) <= 1e-6 * (s.unit[at] + std::fabs(start[at]));
+                      std::fabs(solution->w[at] - start[at]) <= same * (s.unit[at] + std::fabs(start[at]));
     }
     found.text = join(words, ", ");
     return found;
@@ -207,7 +207,7 @@ void require_regular_point(const ModelPtr& model, const StartSystem& s, const Ve
   std::vector<Expr> open;
   const Mat N = null_space(equilibrated(J));
   for (Index j = 0; j < N.rows(); ++j)
-    if (N.row(j).norm() > 1e-6) open.push_back(unknowns[j]);
+    if (N.row(j).norm() > visible_in_null_vector) open.push_back(unknowns[j]);
   const std::string where = vanishing(model, s.point(w));
   const SmoothContinuation smooth = smooth_continuation(s, w);
   if (smooth.text.empty() && !is_determined) return;  // open unknowns are the better explanation
@@ -234,7 +234,7 @@ static std::pair<std::vector<Index>, std::vector<Index>> what_is_not_fixed(const
 /// The effect of rounding errors of the residuals on the unknowns: J⁻¹ (F(w + δ) - F(w) - J δ) for δ of some
 /// units in the last place.
 static Vec rounding_in_unknowns(const StartSystem& s, const Vec& w) {
-  constexpr int looks = 3;
+  constexpr int looks = 3;  // at perturbations of up to 4 ε: one may round alike
   const auto [rows, columns] = what_is_not_fixed(s);
   const Eigen::SparseMatrix<double> J = s.jacobian(w);
   const Vec here = s.residual(w);
@@ -294,8 +294,9 @@ std::optional<LostDigits> lost_digits(const StartSystem& s, const Vec& w) {
 /// F″(v, v). The residuals are known to noise = |u|ᵀ (their rounding errors), hence e is known to the smaller
 /// of noise/σ and √(2 noise/|κ|).
 std::optional<LostDigits> digits_at_double_root(const StartSystem& s, const Vec& w) {
-  constexpr double step = 1e-4, open = 1e-3,
-                   visible = 1e-9;  // relative to ω; to the largest component of v; to the unit
+  constexpr double step = 1e-4;  // relative to ω, of a difference of slopes: it errs by step and by ε/step
+  constexpr double open = 1e-3;  // relative to the largest component of v
+  constexpr double visible = 1e-9;  // relative to the unit, as in lost_digits()
   if (w.size() == 0 || w.size() > dense_up_to) return {};
   const auto [rows, columns] = what_is_not_fixed(s);
   const Mat whole(s.jacobian(w));

@@ -9,6 +9,7 @@
 #include "dae/newton/block_solution.hpp"
 #include "dae/newton/lifted_newton.hpp"
 #include "dae/points/interval_proof.hpp"
+#include "dae/rank/rank.hpp"
 #include "dae/reduce/array_point.hpp"
 #include "dae/reduce/reduced_forms.hpp"
 #include "dae/start/start_system.hpp"
@@ -21,7 +22,7 @@ using Sparse = Eigen::SparseMatrix<double>;
 
 constexpr double solved_below = 1e-10;  // scaled residual that counts as satisfied
 constexpr double unit_roundoff = std::numeric_limits<double>::epsilon() / 2;
-constexpr int max_iterations = 60;
+constexpr int max_iterations = 60;  // a double root takes 26: half the distance each, down to √ε
 // of a full step, or relative to the point; with shorter steps the iteration has stalled
 constexpr double shortest_step = 1e-4;
 constexpr double polishing_step = 0.75;  // at a solution; a full step that does not improve it is rounding
@@ -164,10 +165,9 @@ static StartSolution descend(const StartSystem& s, const Selected& system, Vec w
   return out;
 }
 
-/// Numbers that were typed or printed have at least nine digits. Fixed values that are determined by others
-/// may deviate by as much and are moved onto the equations.
+/// Fixed values that are determined by others may deviate by the digits that they were typed with, and are
+/// moved onto the equations.
 static bool settle(const StartSystem& s, const Selection& selection, Vec& w) {
-  constexpr double digits = 1e-9;
   if (refine(s, Selected(s, selection), w)) return true;
   Selection equations = selection;
   if (equations.rows.empty()) equations.rows.assign(s.rows.size(), 1);
@@ -176,7 +176,7 @@ static bool settle(const StartSystem& s, const Selection& selection, Vec& w) {
   if (!refine(s, Selected(s, equations), moved)) return false;
   const Selected system(s, selection);
   const Vec residual = relative(system.residual(moved), system.jacobian(moved), moved.cwiseQuotient(s.unit));
-  if (!(residual.maxCoeff() < digits)) return false;
+  if (!(residual.maxCoeff() < typed_accuracy)) return false;
   w = moved;
   return true;
 }
@@ -191,12 +191,11 @@ StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selecti
 }
 
 Vec first_point(const StartSystem& s, int attempt, const Selection& selection, bool keep_guess) {
-  constexpr double golden = 0.6180339887498949;
-  constexpr double spread[start_attempts] = {0, 0.1, 0.1, 1, 3};
+  constexpr double spread[start_attempts] = {0, 0.1, 0.1, 1, 3};  // in units, around the guess
   constexpr int mirrored = 2;
   Vec w(static_cast<Index>(s.unknowns.size())), shift(w.size());
   for (Index j = 0; j < w.size(); ++j) {
-    const double fraction = std::fmod((static_cast<double>(j) + 1) * golden, 1.0);
+    const double fraction = std::fmod((static_cast<double>(j) + 1) * golden_fraction, 1.0);
     w[j] = shift[j] = s.unit[j] * spread[attempt] * (attempt <= mirrored ? fraction : 2 * fraction - 1);
   }
   // random variation does not help a large model far from its guess
@@ -273,12 +272,14 @@ static int stuck_row(const StartSystem& s, const Vec& w, const Selection& select
   const Vec r = system.residual(w);
   const Sparse J = system.jacobian(w);
   if (!r.allFinite() || !all_finite(J)) return -1;
+  // in units: a step that removes the residual is 10⁶ units long
+  constexpr double violated = 1e-6, flat = 1e-12;
   Vec largest = Vec::Zero(J.rows());
   for (Index j = 0; j < J.outerSize(); ++j)
     for (Sparse::InnerIterator it(J, j); it; ++it)
       largest[it.row()] = std::max(largest[it.row()], std::fabs(it.value()));
   for (Index i = 0; i < r.size(); ++i)
-    if (std::fabs(r[i]) > 1e-6 && largest[i] < 1e-12) return static_cast<int>(i);
+    if (std::fabs(r[i]) > violated && largest[i] < flat) return static_cast<int>(i);
   return -1;
 }
 
@@ -397,7 +398,7 @@ StartSolution solve_by_orders(const ModelPtr& model, const StartSystem& s) {
 
 StartSolution solve_with_more_guesses(const ModelPtr& model, const StartSystem& s) {
   constexpr std::size_t most_unknowns = 60;
-  constexpr int most_points = 48;
+  constexpr int most_points = 48;  // a Gauss-Newton run each; eight unknowns with all sizes
   constexpr double sizes[] = {1, -1, 3, -3, 0.3, -0.3};  // in units
   if (s.unknowns.size() > most_unknowns || is_impossible(s)) return {};
   const std::vector<char> fixed = s.fixed(), guessed = s.guessed();

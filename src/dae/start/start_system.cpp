@@ -49,7 +49,8 @@ static StartRequest with_own_guesses(const Model& m, StartRequest r) {
       at[y] = pendula::evaluate({&meaning, 1}, there)[0];
     }
     const double slope = at[1] - at[0];
-    if (slope == 0 || std::fabs(at[2] - at[1] - slope) > 1e-9 * std::fabs(slope)) continue;
+    constexpr double curved = 1e-9;  // relative to the slope: a line has rounding errors only
+    if (slope == 0 || std::fabs(at[2] - at[1] - slope) > curved * std::fabs(slope)) continue;
     value = (value - at[0]) / slope;
     leaf = open[0];
   }

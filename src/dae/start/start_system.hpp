@@ -142,7 +142,13 @@ std::optional<LostDigits> digits_at_double_root(const StartSystem& s, const Vec&
 /// Gauss-Newton from the guess, then from spread points near it (symmetric points are often singular), with
 /// the opposite signs, and further away.
 StartSolution solve_start(const StartSystem& s, const Selection& selection = {});
-constexpr int start_attempts = 5;
+constexpr int start_attempts = 5;  ///< starting points of solve_start(): the rows of `spread` there
+/// New part of a unit row above which it is independent of others: far above rounding, `dense_up_to` ε =
+/// 6e-14, and below the differences of coefficients that were typed.
+constexpr double independent_row = 1e-9;
+/// Numbers that were typed or printed have at least nine digits: equations that given values violate by less,
+/// relative to their terms, hold.
+constexpr double typed_accuracy = 1e-9;
 /// Where the guess leads nowhere: with a guess for one more unknown after the other. Small models only, and
 /// not where intervals prove that there is no solution.
 StartSolution solve_with_more_guesses(const ModelPtr& model, const StartSystem& s);

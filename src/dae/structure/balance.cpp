@@ -12,7 +12,7 @@
 namespace pendula::dae {
 namespace {
 
-constexpr std::size_t listed = 12;
+constexpr std::size_t listed = 12;  // names: one line
 
 template <class Word>
 std::string some_of(const std::vector<int>& list, Word word) {
@@ -63,7 +63,7 @@ bool determined_without(const Model& m, const std::vector<int>& given) {
 
 /// Verified sets of unknowns that can be inputs, as many as equations are missing. Empty if none was found.
 std::vector<int> possible_inputs(const Model& m, const Blocks& blocks) {
-  constexpr std::size_t affordable = 300;
+  constexpr std::size_t affordable = 300;  // unknowns: a rank per candidate
   if (m.variables.size() > affordable || m.variables.size() <= m.residuals.size()) return {};
   std::vector<int> unmatched;
   for (std::size_t j = 0; j < blocks.row_of.size(); ++j)

@@ -157,7 +157,7 @@ class Differentiation {
 
   /// Scalar equations are described row by row; a column that reads as a vector, or a long one, as a whole.
   static bool is_shown_whole(const VecX& residual) {
-    constexpr Eigen::Index most_apart = 8;
+    constexpr Eigen::Index most_apart = 8;  // rows of an equation that are described one by one
     return residual.size() == 1 || residual.size() > most_apart ||
            rows_per_line(VecX::Zero(residual.size()), residual) > 1;
   }
@@ -168,7 +168,7 @@ class Differentiation {
     const std::unordered_set<Expr> algebraic(z.begin(), z.end());
     for (Expr leaf : leaves(entries(residual)))
       if (top_.count(leaf) || algebraic.count(leaf)) return;
-    constexpr std::size_t readable = 12;
+    constexpr std::size_t readable = 12;  // names: one line
     const auto top = m_.top_derivatives();
     if (top.size() > readable) return;
     const std::string unknowns = grouped_names(top);

@@ -11,7 +11,7 @@ namespace pendula::dae {
 namespace {
 
 constexpr int unassigned = -1;
-constexpr int far = std::numeric_limits<int>::max() / 4;
+constexpr int far = std::numeric_limits<int>::max() / 4;  // sums of three do not overflow
 
 /// Greatest-value transversal by the primal-dual method (Kuhn-Munkres on a sparse matrix, all free
 /// equations together). A shortest-path sweep from the free equations makes edges to free variables tight;

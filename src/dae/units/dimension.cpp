@@ -36,8 +36,10 @@ void add(Dimension& d, const Dimension& e, double factor) {
 }
 
 bool same(const Dimension& a, const Dimension& b) {
+  constexpr double rounding =
+      1e-9;  // sums of fractions err by some ε and differ by 10⁻⁴ (denominators below 100)
   for (std::size_t k = 0; k < a.size(); ++k)
-    if (std::fabs(a[k] - b[k]) > 1e-9) return false;
+    if (std::fabs(a[k] - b[k]) > rounding) return false;
   return true;
 }
 

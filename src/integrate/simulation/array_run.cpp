@@ -12,6 +12,7 @@
 #include "dae/model/first_order.hpp"
 #include "dae/model/forms.hpp"
 #include "dae/model/lineage.hpp"
+#include "dae/rank/rank_with_gap.hpp"
 #include "dae/reduce/reduced_forms.hpp"
 #include "expr/print/print.hpp"
 #include "integrate/simulation/problem_setup.hpp"
@@ -54,18 +55,9 @@ class Regularity {
 
  private:
   void measure(Mat J) {
-    for (int sweep = 0; sweep < 3; ++sweep) {
-      for (Index i = 0; i < J.rows(); ++i)
-        if (const double size = J.row(i).cwiseAbs().maxCoeff(); size > 0) {
-          J.row(i) /= size;
-          row_[i] /= size;
-        }
-      for (Index j = 0; j < J.cols(); ++j)
-        if (const double size = J.col(j).cwiseAbs().maxCoeff(); size > 0) {
-          J.col(j) /= size;
-          column_[j] /= size;
-        }
-    }
+    const dae::LargestEntries largest = dae::divide_by_largest(J);
+    row_ = largest.rows.cwiseInverse();
+    column_ = largest.columns.cwiseInverse();
   }
 
   ProblemPtr problem_;
