@@ -63,7 +63,7 @@ std::vector<Expr> BorderSmoothness::open_leaves(Expr e) const {
 /// The modes of other borders that stay on one side all along this one, as x = 3 does along x = 2.
 Substitution BorderSmoothness::settled_modes(std::size_t border) const {
   constexpr std::size_t enough = 3;  // points that agree
-  constexpr double same = 1e-9;
+  constexpr double same = 1e-9;      // of sizes near 1, at points on the border that are exact to 2 ε
   std::vector<std::size_t> others;
   std::vector<Expr> functions;
   const auto& own = leaves_of_[border];
@@ -152,7 +152,8 @@ bool BorderSmoothness::move_onto_border(Expr when, const Solvable& in, Values& v
     if (!std::isfinite(at[0]) || !std::isfinite(at[1]) || at[1] == 0) return false;
     const double correction = at[0] / at[1];
     y -= correction;
-    if (std::fabs(correction) <= 4e-16 * std::fabs(y)) return true;
+    constexpr double last_digits = 4e-16;  // 2 ε
+    if (std::fabs(correction) <= last_digits * std::fabs(y)) return true;
   }
   return false;
 }

@@ -108,7 +108,7 @@ std::optional<EventFinder::Sample> EventFinder::between_turns(Stepper& stepper, 
 /// the width of a dip: Newton's method, with the rate at which the slope of the part changes.
 void EventFinder::move_to_turn(Stepper& stepper, const StepView& step, std::size_t part, const Sample& a,
                                const Sample& b, double change, Sample& at) {
-  constexpr int most_tries = 6;
+  constexpr int most_tries = 6;  // Newton's method from the interpolant, with a fixed slope
   const std::size_t i = conditions_->narrow[part];
   const double length = b.t - a.t;
   double t = at.t;

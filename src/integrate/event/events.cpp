@@ -185,7 +185,8 @@ int EventFinder::vanished(const std::vector<double>& g) const {
 /// largest value, too.
 bool EventFinder::is_invisible(std::size_t i) {
   const double g = std::fabs(last_.g[i]);
-  return g <= 1e-12 * largest_[i] && g <= rounding(i);
+  constexpr double small = 1e-12;  // of its largest value: 4500 ε
+  return g <= small * largest_[i] && g <= rounding(i);
 }
 
 bool EventFinder::wanted(std::size_t i, bool rising) const {

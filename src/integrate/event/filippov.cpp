@@ -139,7 +139,7 @@ Substitution on_border(Expr s, const dae::FirstOrder& form) {
 /// no derivative there: in equations with such a root, the state that s determines is substituted. Returns
 /// false if no derivative jumps.
 bool slide_by_slope(SlidingForm& sliding, Expr border, const Sides& sides, bool has_root, const Values& at) {
-  constexpr int highest = 3;
+  constexpr int highest = 3;  // derivative: every one is longer than the one before
   Rates rate(sliding.form, sliding.form.f);
   std::vector<Expr> conditions{border};
   const Substitution on = has_root ? on_border(border, sliding.form) : Substitution{};

@@ -57,6 +57,7 @@ std::optional<double> jump_in(const std::function<double(double)>& f, const Eigh
     for (int k = 0; k < 8 && piece.change() >= 0.5 * change; ++k) halve(f, piece);
     if (piece.change() < 0.5 * change) continue;  // continuous: even a root would leave only 1/16
     // bisect down to adjacent numbers: the input before the jump is evaluated at the lower one
+    // below it, halvings towards 0 would go on to the smallest double
     const double least = 1e-20 * std::max(std::fabs(list.front().a), std::fabs(list.back().b));
     for (double before = INFINITY; piece.b - piece.a < before && before > least; halve(f, piece))
       before = piece.b - piece.a;

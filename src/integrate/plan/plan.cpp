@@ -8,7 +8,7 @@
 namespace pendula::integrate {
 namespace {
 
-constexpr double most_steps = 1e12;
+constexpr double most_steps = 1e12;   // of one length: beyond it days
 constexpr double most_saved = 2.5e8;  // numbers: 2 GB
 
 void check_times(const Plan& plan) {

@@ -34,15 +34,18 @@ class MonitorList {
   std::vector<Monitor*> list_;
 };
 
+/// Share of its value at the start at which a quantity has almost vanished, for the explanation of a failure.
+constexpr double almost_vanished = 0.05;
+
 /// After steps of a fixed length, which have no continuous extension and locate no events.
 class FixedStepMonitors : public MonitorList {
  public:
   /// Requires that the plan outlives it.
   FixedStepMonitors(const ProblemPtr& problem, const Plan& plan)
       : divisors_(problem, plan.guards),
-        ranks_(problem, plan.blocks, 1e-6, plan.sizes),
+        ranks_(problem, plan.blocks, default_rtol, plan.sizes),
         roots_(problem, plan.guards),
-        domain_(*problem, plan.guards, Tolerances::uniform(problem->n(), 1e-6, 0), plan.is_determined(),
+        domain_(*problem, plan.guards, Tolerances::uniform(problem->n(), default_rtol, 0), plan.is_determined(),
                 plan.check_singularities),
         problem_(problem),
         empty_(plan.guards.empty() && plan.blocks.empty()) {
@@ -64,7 +67,8 @@ class FixedStepMonitors : public MonitorList {
   }
   /// After a failure: see near_singularity(SingularityMonitor&, …).
   std::string near_singularity(const Point& point) {
-    const std::string found = empty_ ? "" : integrate::near_singularity(divisors_, ranks_, point, 0.05);
+    const std::string found =
+        empty_ ? "" : integrate::near_singularity(divisors_, ranks_, point, almost_vanished);
     return found.empty() ? domain_.almost_outside(point) : found;
   }
 

@@ -16,7 +16,8 @@ class StallDetector {
   /// third of the attempts were rejected.
   bool is_stalled(double t, const Stats& stats, double interval) {
     if (stats.steps < steps_ + every) return false;
-    const bool still = t - t_ < 1e-6 * interval;
+    constexpr double little = 1e-6;  // at this rate the interval takes 2·10⁹ steps
+    const bool still = t - t_ < little * interval;
     const bool rejected = stats.rejected - rejected_ > every / 2;
     steps_ = stats.steps;
     rejected_ = stats.rejected;

@@ -93,8 +93,8 @@ bool RhsSolver::solve(double t, const double* x, double* xdot, double* z, bool n
 /// monotonicity; Deuflhard, Newton Methods for Nonlinear Problems, 2004, §3.2-3.3). Ends when a full step
 /// halves the correction. Norms are relative to the values at the beginning.
 bool RhsSolver::approach() {
-  constexpr int most = 60;
-  constexpr double least = 1e-6, longest = 1e100;
+  constexpr int most = 60;                         // steps, each with halvings
+  constexpr double least = 1e-6, longest = 1e100;  // damping: 2⁻²⁰; corrections whose squares are finite
   double* at = problem_->unknowns() + problem_->n();
   const std::size_t size = r_.size();
   double largest = 0;
@@ -267,7 +267,7 @@ std::vector<double>& RhsSolver::largest_terms() {
 /// it: relative to an x′ of 10⁶⁰, in the first iterations for an exponential, corrections of the other
 /// unknowns look like rounding errors.)
 bool RhsSolver::is_nearly_linear() {
-  constexpr double visible = 1e-6;
+  constexpr double visible = 1e-6;  // `small` in newton(): the change of the next iteration is its square
   const std::vector<double>& terms = largest_terms();
   for (std::size_t k = 0; k < entries_.size(); ++k)
     if (const auto [row, column] = layout_->positions[k];
@@ -324,11 +324,13 @@ bool RhsSolver::newton(double* xdot, double* z, bool near) {
     const bool still = now <= rounding || (stagnates && fresh);  // old matrices contract slowly as well
     // With matrices of this point, a correction that does not shrink is rounding, as where an unknown is the
     // difference of two lengths in kilometres. At a double root it would be halved.
-    const bool stuck = k >= 4 && now <= small && now >= 0.75 * previous;
+    constexpr double shrinks = 0.75;  // between the 1/2 of a double root and the 1 of rounding
+    const bool stuck = k >= 4 && now <= small && now >= shrinks * previous;
     if ((still || stuck) && (nonlinear_change_ <= small || is_nearly_linear() || solved_to_rounding()))
       return true;
     if (progress.expected <= accuracy_ && progress.rate <= certain) return true;
-    if (k > 20 && now > 1e3) break;
+    constexpr double hopeless = 1e3;  // relative to the unknowns: the iteration diverges
+    if (k > 20 && now > hopeless) break;
     if (near && k > 0 && previous > small && now > slowest * previous && contraction() > slowest) {
       ready_ = false;
       if (fresh) {

@@ -52,7 +52,7 @@ class RhsSolver {
   }
 
  private:
-  static constexpr double rounding = 1e-14;
+  static constexpr double rounding = 1e-14;     ///< 45 ε, of an unknown
   static constexpr double least_pivot = 1e-12;  ///< of its row
   bool is_regular_in_other_units() const;
   bool assemble();

@@ -28,6 +28,7 @@ Samples::Samples(std::vector<double> t, std::vector<double> values, Hold hold, s
 
 /// The index i of the piece [tᵢ, tᵢ₊₁) that contains t.
 std::size_t Samples::piece(double t) {
+  // sums of thousands of steps err by thousands of ε
   const double rounding = 1e-12 * std::max({std::fabs(t_.front()), std::fabs(t_.back()), 1e-300});
   if (t < t_.front() - rounding || t > end_ + rounding)
     throw Failure(

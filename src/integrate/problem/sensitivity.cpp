@@ -96,7 +96,8 @@ Mat initial_sensitivity(const Variational& model, const std::vector<Expr>& condi
   }
   // dx = C⁺ r + N w, with w such that the fixed states change as little as possible from the wanted values
   const Eigen::JacobiSVD<Mat> svd(C, Eigen::ComputeThinU | Eigen::ComputeFullV);
-  const double smallest = 1e-9 * (svd.singularValues().size() > 0 ? svd.singularValues()[0] : 0);
+  constexpr double dependent = 1e-9;  // of σ₁: rounding is far below, and smaller σ would amplify r by 10⁹
+  const double smallest = dependent * (svd.singularValues().size() > 0 ? svd.singularValues()[0] : 0);
   const auto rank = (svd.singularValues().array() > smallest).count();
   const Mat particular = C.completeOrthogonalDecomposition().solve(right);
   const Mat N = svd.matrixV().rightCols(n - rank);

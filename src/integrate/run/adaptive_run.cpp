@@ -41,8 +41,8 @@ namespace {
 /// is halved in turn, so that another stopping reason (plan().stop_when: another choice of constraints is
 /// better) is noticed before errors have grown; returns true if there was one.
 bool integrate_up_to(AdaptiveState& state, MethodSelector& method, const Point& from, double t) {
-  constexpr double rest = 1e-3;  // of the interval; beyond it, equations close to singular amplify errors
-  constexpr int most_steps = 100;
+  constexpr double rest = 1e-3;    // of the interval; beyond it, equations close to singular amplify errors
+  constexpr int most_steps = 100;  // each at most half of the rest
   const double end = t - rest * (t - from.t);
   if (!(end > from.t)) return false;
   const auto& stop_when = state.plan.stop_when;
@@ -124,7 +124,7 @@ class AdaptiveRun {
     } catch (const Interrupted&) {
       outcome = {Ending::interrupted, ""};
     } catch (const Failure& failure) {
-      outcome = stopped_at(state_.reached, failure.what() + singularity_nearby(0.05));
+      outcome = stopped_at(state_.reached, failure.what() + singularity_nearby(almost_vanished));
     }
     if (const int never = state_.finder.never_finite(); never >= 0 && outcome.is_complete())
       outcome = stopped_at(state_.reached,
@@ -279,7 +279,7 @@ class AdaptiveRun {
   std::string singularity_nearby(double almost) {
     if (plan().guards.empty() && plan().blocks.empty()) return domain_.almost_outside(stepper().here());
     SingularityMonitor divisors(state_.problem, plan().guards);
-    RankMonitor ranks(state_.problem, plan().blocks, 1e-6, plan().sizes);
+    RankMonitor ranks(state_.problem, plan().blocks, default_rtol, plan().sizes);
     divisors.start(first_);
     ranks.start(first_);
     const bool back = state_.solution->size() > 0 && state_.reached < stepper().here().t;

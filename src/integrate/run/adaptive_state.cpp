@@ -8,15 +8,15 @@ namespace pendula::integrate {
 
 static Plan with_tolerances(Plan plan, const Problem& problem) {
   if (plan.tolerances.rtol.size() == 0)
-    plan.tolerances = Tolerances::uniform(problem.n() + problem.m(), 1e-6, 1e-9);
+    plan.tolerances = Tolerances::uniform(problem.n() + problem.m(), default_rtol, 1e-9);
   return plan;
 }
 
 /// Names the unknowns of index 3 and higher. They contain an error δ of a constraint as δ/h² or worse, and
 /// are excluded from the error test (Hairer & Wanner II, §VII.4).
 static std::string untested(const Problem& problem, const std::vector<int>& indices) {
-  constexpr int first = 3;
-  constexpr std::size_t shown = 3;
+  constexpr int first = 3;          // index: HW II, §VII.4 tests what is of index 2 after scaling by h
+  constexpr std::size_t shown = 3;  // names
   std::vector<std::string> names;
   int highest = 0, lowest = std::numeric_limits<int>::max();
   for (std::size_t k = 0; k < indices.size(); ++k) {

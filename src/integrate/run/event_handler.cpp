@@ -12,6 +12,10 @@
 namespace pendula::integrate {
 namespace {
 
+// Of the interval. A run that stops again after less than `brief` is stuck (as in StallDetector), and a step
+// as short is not repeated; `no_time` is rounding of times, 4500 ε.
+constexpr double brief = 1e-6, no_time = 1e-12;
+
 bool contains_condition(Expr e) {
   const std::vector<Expr> nodes = topological({&e, 1});
   return std::any_of(nodes.begin(), nodes.end(), [](Expr node) {
@@ -124,7 +128,7 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
   if (is_contradictory(hit, point)) {
     if (s.finder.rests(hit, s.stepper(), s.view)) return false;
     if (first_in_step_ && repeated_shorter()) return true;
-    const bool soon = !last_restart_.list.empty() && point.t - last_restart_.t < 1e-6 * s.interval();
+    const bool soon = !last_restart_.list.empty() && point.t - last_restart_.t < brief * s.interval();
     if (soon) {
       s.reached = s.view.from.t;
       throw accumulation(event_of(hit.list.front()));
@@ -180,7 +184,7 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
 /// At the time of a hit, or just before it: on demand, and where the equations have no value on a border
 /// itself, sin(s)/s at s = 0; then so far before it that rounding does not hide it.
 Point EventHandler::point_of(const EventFinder::Hit& hit, bool before) {
-  constexpr int most = 6;
+  constexpr int most = 6;  // looks
   double back = before ? hit.t - hit.before : 0;
   for (int k = 0; k < most; ++k) {
     try {
@@ -245,7 +249,7 @@ void EventHandler::write_records(const Point& after) {
 /// first, since interpolation across a singular point is unreliable. Otherwise the solution ends at the
 /// beginning of the step, or just before the event if other events preceded it in the step.
 bool EventHandler::end_before(const EventFinder::Hit& hit, const Event& event, RunOutcome& outcome) {
-  const bool is_long = state_.view.to.t - state_.view.from.t > 1e-6 * state_.interval();
+  const bool is_long = state_.view.to.t - state_.view.from.t > brief * state_.interval();
   if (first_in_step_ && is_long && repeated_shorter()) return true;
   if (!first_in_step_) {
     Point point = state_.inside(hit.before, Detail::state);
@@ -258,7 +262,8 @@ bool EventHandler::end_before(const EventFinder::Hit& hit, const Event& event, R
 
 bool EventHandler::repeated_shorter() {
   const double dt = (state_.stepper().here().t - state_.stepper().before().t) / 4;
-  return dt >= 1e-10 * state_.interval() && repeated(dt);
+  constexpr double shortest = 1e-10;  // of the interval: 17 quarterings of all of it
+  return dt >= shortest * state_.interval() && repeated(dt);
 }
 
 /// The last interpolated point is not as accurate as its step: shorter ones, or its error counts.
@@ -280,7 +285,7 @@ bool EventHandler::is_defined(const Point& point) const {
 bool EventHandler::repeated_up_to_switch() {
   const Point& from = state_.stepper().before();
   const auto t = switches_.passed(*state_.problem, from, state_.stepper().here());
-  if (!t || *t - from.t <= 1e-12 * state_.interval()) return false;
+  if (!t || *t - from.t <= no_time * state_.interval()) return false;
   state_.end = *t;
   return repeated(*t - from.t);
 }
@@ -298,7 +303,7 @@ void EventHandler::report() const {
 bool EventHandler::repeated_up_to(double t) {
   constexpr double at_the_end = 1e-6;  // of a step
   const double from = state_.view.from.t, to = state_.view.to.t;
-  if (to - t <= at_the_end * (to - from) || t - from <= 1e-12 * state_.interval()) return false;
+  if (to - t <= at_the_end * (to - from) || t - from <= no_time * state_.interval()) return false;
   if (!is_defined(state_.inside(t, Detail::full))) return false;  // x log|x| is undefined at 0 itself
   state_.end = t;
   return repeated(t - from);
@@ -393,7 +398,7 @@ void EventHandler::check_accumulation(Point& point, const EventFinder::Hit& hit)
   // Solutions of v′ = -g - v |v| cross v = 0 between bounces, but it is the bounces that accumulate.
   const int which = last_event_ >= 0 && since_event_ <= 2 ? last_event_ : hit.list.front().which;
   const Event event = state_.plan.events.list[which];  // the list may grow
-  const bool again = point.t - last_accumulation_ < 1e-6 * state_.interval();
+  const bool again = point.t - last_accumulation_ < brief * state_.interval();
   const bool unfrozen = event.surface && !again && modes_.unfreeze(hit.list, point);
   const bool slides = event.surface && !again && !unfrozen && modes_.slide_where_crossed(point);
   if (slides) point = state_.stepper().here();  // moved onto the borders

@@ -189,7 +189,7 @@ class FixedBdf {
 RunOutcome run(FixedBdf& engine, MeshPolynomial& mesh, Solution& solution, Point here, const Plan& plan,
                FixedStepMonitors& monitors) {
   const double exact = (plan.to - plan.from) / *plan.dt;
-  const long steps = std::max(1L, static_cast<long>(std::ceil(exact * (1 - 1e-9))));
+  const long steps = std::max(1L, static_cast<long>(std::ceil(exact * (1 - dt_rounding))));
   const double dt = (plan.to - plan.from) / static_cast<double>(steps);
   Point next = here;
   try {
@@ -239,9 +239,10 @@ SolutionPtr integrate_bdf(ProblemPtr problem, MultistepPtr method, Point start, 
   monitors.start(start);
   RunOutcome outcome = run(engine, *mesh, *solution, start, plan, monitors);
   engine.finish();
+  constexpr double rounding = 1e-12;  // of sums of steps: thousands of ε
   if (plan.times)
     for (double t : *plan.times)
-      if (t <= mesh->interval(Points(0, 0)).second + 1e-12 * std::fabs(plan.to))
+      if (t <= mesh->interval(Points(0, 0)).second + rounding * std::fabs(plan.to))
         solution->save(mesh->at(Points(0, 0), t));
   const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   solution->finish(std::move(outcome), engine.stats(), seconds);

@@ -19,7 +19,7 @@ long count_steps(const Plan& plan) {
   const double exact = (plan.to - plan.from) / *plan.dt;
   const double nearest = std::round(exact);
   const double count =
-      std::fabs(exact - nearest) <= 1e-9 * std::max(1.0, nearest) ? nearest : std::ceil(exact);
+      std::fabs(exact - nearest) <= dt_rounding * std::max(1.0, nearest) ? nearest : std::ceil(exact);
   return std::max(1L, static_cast<long>(count));
 }
 
@@ -36,7 +36,7 @@ class FixedContinuation : public Continuation {
     while (t - here.t > rounding) {
       poll_interrupt();
       const double left = t - here.t;
-      engine_->step(here, left < dt_ * (1 + 1e-9) ? left : dt_, next, false);
+      engine_->step(here, left < dt_ * (1 + dt_rounding) ? left : dt_, next, false);
       std::swap(here, next);
     }
     return here;
@@ -73,7 +73,7 @@ class FixedContinuation : public Continuation {
 
 /// A time just before a jump of the inputs at t; infinite if there is none.
 double jump_at(const Plan& plan, double t) {
-  const double near = 1e-9 * *plan.dt;
+  const double near = dt_rounding * *plan.dt;
   const auto next = std::lower_bound(plan.breaks.begin(), plan.breaks.end(), t - near);
   return next != plan.breaks.end() && *next <= t + near ? t - near : std::numeric_limits<double>::infinity();
 }
@@ -97,7 +97,7 @@ RunOutcome run(Problem& problem, RungeKutta& engine, Point& here, const Plan& pl
   const long steps = count_steps(plan);
   const auto mesh = [&](long k) { return k < steps ? plan.from + static_cast<double>(k) * dt : plan.to; };
   const double last = plan.to - mesh(steps - 1);
-  const bool even = std::fabs(last - dt) <= 1e-9 * dt * static_cast<double>(steps);
+  const bool even = std::fabs(last - dt) <= dt_rounding * dt * static_cast<double>(steps);
   Point next;
   try {
     for (long k = 1; k <= steps; ++k) {

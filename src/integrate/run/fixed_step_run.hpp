@@ -8,6 +8,10 @@
 
 namespace pendula::integrate {
 
+/// Of a step: (to - from)/dt errs by ε of the number of steps, below 10⁶ in most runs; a step as short is
+/// not taken.
+constexpr double dt_rounding = 1e-9;
+
 /// Steps tₖ = from + k dt; the last one is shortened to end at `to`. start: x is taken as it is, x′ and z are
 /// starting values of Newton's method (start.t is ignored). Requires plan.dt.
 ///

@@ -185,7 +185,7 @@ std::shared_ptr<Stepper> make_stepper(const MethodFamily& family, const ProblemP
 }
 
 static double tightest(const Plan& plan) {
-  return plan.tolerances.rtol.size() > 0 ? plan.tolerances.rtol.minCoeff() : 1e-6;
+  return plan.tolerances.rtol.size() > 0 ? plan.tolerances.rtol.minCoeff() : default_rtol;
 }
 
 static bool has_high_index(const Plan& plan) {
@@ -230,7 +230,8 @@ std::optional<Rates> rates_ahead(RhsSolver& derivative, const Point& start, doub
   const double size = start.x.cwiseAbs().maxCoeff(), speed = start.xdot.cwiseAbs().maxCoeff();
   if (!(size > 0 && speed > 0)) return {};
   Point ahead = start;
-  ahead.x += std::min(0.01 * size / speed, 0.01 * span) * start.xdot;
+  constexpr double hundredth = 0.01;  // of the sizes, and of the interval
+  ahead.x += std::min(hundredth * size / speed, hundredth * span) * start.xdot;
   if (!derivative(ahead.t, ahead.x.data(), ahead.xdot.data(), ahead.z.data()) || !derivative.is_regular())
     return {};
   return rates(derivative, ahead, harmless);

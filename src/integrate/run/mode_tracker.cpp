@@ -168,7 +168,7 @@ double ModeTracker::slope_ahead(int which, const Point& point, double share) {
 /// The side on which a solution continues that lies on a surface and does not leave it to first
 /// order; x″ decides.
 double ModeTracker::side_ahead(int which, const Point& point) {
-  const double slope = slope_ahead(which, point, 1e-6);
+  const double slope = slope_ahead(which, point, step_ahead);
   return (slope > 0) - (slope < 0);
 }
 
@@ -235,7 +235,8 @@ bool ModeTracker::leads_to(int which, const Point& point, int other, int side) {
   };
   for (const Mode& mode : events()[which].modes) modes_[mode.number] = mode.value(side);
   use_modes();
-  const double slope = slope_ahead(which, point, 1e-6), farther = slope_ahead(which, point, 1e-5);
+  const double slope = slope_ahead(which, point, step_ahead),
+               farther = slope_ahead(which, point, 10 * step_ahead);
   modes_ = in_force;
   use_modes();
   return slope * other > 0 && farther / slope > 0.5 && farther / slope < 2;

@@ -98,6 +98,9 @@ class ModeTracker {
   double step_beside_root(const Point& point);
   void begin_with_short_step();
   double slope_ahead(int which, const Point& point, double share);
+  /// share for the side on which a solution goes on: x′ is constant over it, and rounding
+  /// is 10⁻¹⁰ of the change.
+  static constexpr double step_ahead = 1e-6;
   double side_ahead(int which, const Point& point);
   bool leads_to(int which, const Point& point, int other, int side);
   bool unfreeze_one(int which, const Point& point);

@@ -18,7 +18,7 @@
 namespace pendula::integrate {
 namespace {
 
-constexpr long most_branches = 10'000;
+constexpr long most_branches = 10'000;  // one run each
 
 dae::PointValues values_at(const Problem& problem, const dae::ConsistentState& start, const Point& point) {
   dae::PointValues values = start.values;
@@ -315,7 +315,7 @@ class BranchRun {
     dae::StartRequest request;
     request.t = to;
     auto there = continuation.at(to);
-    constexpr double rounding = 1e-14;
+    constexpr double rounding = 1e-14;  // 45 ε
     for (auto& [leaf, value] : there)
       if (std::fabs(value) < rounding * approach_.size_of(leaf)) value = 0;
     for (Expr leaf : model_->states()) request.fix.emplace_back(leaf, there.at(leaf));

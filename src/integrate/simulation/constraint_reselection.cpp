@@ -26,8 +26,8 @@ using Index = Eigen::Index;
 // Quality relative to the best choice below which the constraints are chosen again: the kept ones multiply
 // errors by ten compared with the best. Switching takes milliseconds, for a new model.
 constexpr double much_worse = 0.1;
-constexpr double hardly = 0.03;  // steps become short from here on and finally fail
-constexpr long most_rekeepings = 10'000;
+constexpr double hardly = 0.03;           // steps become short from here on and finally fail
+constexpr long most_rekeepings = 10'000;  // a model each
 
 /// The model made by lagrange or independent() of which the given one is a form; null if there is none.
 dae::ModelPtr mechanism_of(const dae::ModelPtr& model) {
@@ -91,7 +91,7 @@ class KeptMonitor {
  private:
   /// Quality relative to the best choice; empty where the best one does not determine the motion either.
   std::optional<double> quality(const Point& point) {
-    constexpr double singular = 1e-6;
+    constexpr double singular = 1e-6;  // of the largest pivot: errors are amplified by 10⁶
     const Mat J = gradients(point);
     if (!J.allFinite()) return {};
     const Eigen::ColPivHouseholderQR<Mat> all(J.transpose());

@@ -25,7 +25,7 @@ class Scaling {
 
   /// rows, columns, τ
   Vec solve() const {
-    constexpr double close = 1e-8;
+    constexpr double close = 1e-8;  // of the first residual: sizes are used to one digit
     const Eigen::Index size = rows_ + columns_ + 1;
     Vec found = Vec::Zero(size), r = right(), p = r, weight = times_diagonal();
     Vec z = r.cwiseQuotient(weight);
@@ -84,7 +84,7 @@ class Scaling {
 
 /// A point nearby, at which the rounding residue of a cancelling sum differs.
 Point nearby(const Point& at) {
-  constexpr double distance = 1e-6;
+  constexpr double distance = 1e-6;  // relative: a sum that cancels to 10⁻⁶ changes by itself
   Point p = at;
   double random = 0.3;
   for (Vec* part : {&p.x, &p.xdot, &p.z})

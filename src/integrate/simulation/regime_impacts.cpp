@@ -60,7 +60,7 @@ Vec RegimeImpacts::gradient_of(Expr e, const std::vector<Expr>& x, const Values&
 /// d when/dt if the equations of the regime determine it from the states, which need not satisfy the
 /// conditions of the regime.
 std::optional<double> RegimeImpacts::slope(Expr when, const Values& at) const {
-  constexpr double visible = 1e-9;
+  constexpr double visible = 1e-9;  // of the row that is to be combined: rounding leaves far less
   std::vector<Expr> unknowns = form_.xdot;
   unknowns.insert(unknowns.end(), form_.z.begin(), form_.z.end());
   const auto n = static_cast<Eigen::Index>(form_.x.size());

@@ -182,7 +182,8 @@ static bool differ(const Point& a, const Point& b) {
 
 double SolutionInParts::rounding_of_times() const {
   const std::vector<double>& t = pieces_->last().solution->t();
-  return 1e-14 * std::max(std::fabs(t.front()), std::fabs(t.back()));
+  constexpr double rounding = 1e-14;  // 45 ε
+  return rounding * std::max(std::fabs(t.front()), std::fabs(t.back()));
 }
 
 /// Saves the times up to `end` that have no point yet, from the last part.

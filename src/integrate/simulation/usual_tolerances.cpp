@@ -14,7 +14,7 @@ constexpr double usual_share = 1e-3, large_size = 1e3;
 /// Sets x′ to 0 where it promises a large size and is gone after a few millionths of the interval: beside a
 /// pole it is as large as one likes.
 Point without_short_slopes(Point start, const ProblemPtr& problem, double interval) {
-  constexpr double short_way = 1e-6, gone = 0.1;
+  constexpr double short_way = 1e-6, gone = 0.1;  // of the interval; of the slope, that is left
   constexpr int steps = 2;  // the first one may change a speed, the second one what it moves
   const auto promises = [&](Eigen::Index i) {
     const double size = interval * std::fabs(start.xdot[i]);
@@ -102,7 +102,7 @@ void raise_to_large_sizes(Vec& share, const Vec& size, const Vec& natural) {
 
 }  // namespace
 
-double usual_rtol(const Simulation& simulation) { return simulation.rtol.all.value_or(1e-6); }
+double usual_rtol(const Simulation& simulation) { return simulation.rtol.all.value_or(default_rtol); }
 
 Vec usual_atol(const Simulation& simulation, const ProblemPtr& problem, const Point& at) {
   const double from = simulation.plan.from, interval = simulation.plan.to - from;

@@ -180,7 +180,8 @@ class Refinement {
   /// Points at uneven distances, which cannot coincide with the period of an oscillation.
   void add_between(const Node& a, const Node& b, int pieces, std::vector<Node>& to) {
     for (int k = 1; k < pieces; ++k) {
-      const double share = (k + 0.07 * (k % 2)) / pieces;
+      constexpr double uneven = 0.07;  // of a distance
+      const double share = (k + uneven * (k % 2)) / pieces;
       if (auto node = at(a.t + share * (b.t - a.t))) to.push_back(std::move(*node));
     }
   }

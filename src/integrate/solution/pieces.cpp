@@ -7,7 +7,7 @@
 namespace pendula::integrate {
 namespace {
 
-constexpr double accuracy = 1e-10;
+constexpr double accuracy = 1e-10;  // relative to the largest values: below the tolerances of most runs
 // points of a piece: a degree that usually suffices, and one for high orders
 constexpr int low = 5, high = 9;
 constexpr int deepest = 20;  // halvings

@@ -10,9 +10,9 @@
 namespace pendula::integrate {
 namespace {
 
-constexpr int most_iterations = 40;
-constexpr double rounding_level = 32 * eps;
-constexpr double stagnation_level = 1e-10;
+constexpr int most_iterations = 40;          // a double root takes 26: half the distance each, down to √ε
+constexpr double rounding_level = 32 * eps;  // of the terms of an equation
+constexpr double stagnation_level = 1e-10;   // of the values; Newton's next correction would be its square
 constexpr double smallest_step = 1.0 / 1024;
 
 void scales(const Mat& J, Vec& row, Vec& column) {

@@ -10,7 +10,8 @@
 namespace pendula::integrate {
 
 struct PredictiveController {
-  static constexpr double safety = 0.9;  ///< Hairer & Wanner, §IV.8
+  static constexpr double safety = 0.9;        ///< Hairer & Wanner, §IV.8
+  static constexpr double least_error = 1e-2;  ///< that a prediction is based on, as in RADAU5
 
   bool first = true;         ///< no step has been accepted since the start
   bool repeated = false;     ///< the last attempt was rejected
@@ -31,7 +32,7 @@ struct PredictiveController {
   }
   void accept(double step, double norm) {
     dt = step;
-    error = std::max(1e-2, norm);
+    error = std::max(least_error, norm);
     first = repeated = false;
   }
 };

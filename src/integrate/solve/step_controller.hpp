@@ -68,7 +68,7 @@ Number first_step(Number cautious, Number steepest, Number t, Number longest, in
 }
 
 /// A planned step, shortened or stretched a little so that the interval ends with a step of decent length,
-/// not with one long and one tiny step.
+/// not with one long and one tiny step: by 1 % as in DOPRI5, or in two equal steps.
 template <class Number>
 Number fitted_step(Number planned, Number left, Number dt_max) {
   const Number dt = lesser(planned, dt_max);
@@ -219,11 +219,11 @@ class StepController {
     return s;
   }
 
-  static constexpr double enough_hits = 15;
+  static constexpr double enough_hits = 15;  ///< as in DOPRI5 (Hairer & Wanner II, §IV.2)
 
  private:
   static constexpr double smooth_change = 0.02;  ///< of x′ in a step, relative: below, the step is smooth
-  static constexpr double safety = 0.9, least_error = 1e-4, steps_to_forget_hits = 6;
+  static constexpr double safety = 0.9, least_error = 1e-4, steps_to_forget_hits = 6;  ///< as in DOPRI5
   /// Accepted steps until a new try beyond the ceiling is worth a rejection.
   static constexpr double soon = 60;
   static constexpr double first_steps = 1;  ///< they begin cautiously, and may grow by rules_.fastest

@@ -7,6 +7,8 @@
 
 namespace pendula::integrate {
 
+constexpr double default_rtol = 1e-6;  ///< where none is given
+
 /// n + m entries each, in the order x, z.
 struct Tolerances {
   Vec rtol, atol;

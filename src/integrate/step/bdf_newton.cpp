@@ -160,7 +160,8 @@ BdfStepper::Newton BdfStepper::newton(double t) {
     iteration_.length = length;
     const double rate = iteration_.count > 1 ? length / before : 0;
     // at any rate of convergence, since rounding has none
-    const bool negligible = length <= 1e-3 * iteration_.tolerance;
+    constexpr double negligible_share = 1e-3;
+    const bool negligible = length <= negligible_share * iteration_.tolerance;
     if (iteration_.count > 1 && !negligible &&
         (rate >= 1 ||
          std::pow(rate, most_corrections - iteration_.count) / (1 - rate) * length > iteration_.tolerance))

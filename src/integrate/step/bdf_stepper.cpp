@@ -6,11 +6,13 @@
 
 #include "base/epsilon.hpp"
 #include "base/interrupt.hpp"
+#include "integrate/solve/predictive_controller.hpp"
 
 namespace pendula::integrate {
 namespace {
 
-/// κ of the NDF: larger steps than BDF at a small loss of stability; 0 at order 5.
+/// κ of the NDF: larger steps than BDF at a small loss of stability; 0 at order 5 (Shampine & Reichelt, SIAM
+/// J. Sci. Comput. 18(1), 1997).
 constexpr std::array<double, 6> kappa = {0, -0.1850, -1.0 / 9, -0.0823, -0.0415, 0};
 /// γₖ = Σ_{j ≤ k} 1/j
 constexpr std::array<double, 6> harmonic = {0, 1, 1.5, 11.0 / 6, 25.0 / 12, 137.0 / 60};
@@ -63,8 +65,8 @@ BdfStepper::BdfStepper(ProblemPtr problem, int highest_order, std::vector<int> i
     p->xdot.resize(n());
     p->z.resize(m());
   }
-  const double smallest = std::max(tolerances_.rtol.minCoeff(), 1e-13);
-  iteration_.tolerance = std::max(10 * eps / smallest, std::min(0.03, std::sqrt(smallest)));
+  constexpr double least = 1e-13;  // about the smallest rtol that makes sense (plan.cpp); it may be 0
+  iteration_.tolerance = newton_tolerance(std::max(tolerances_.rtol.minCoeff(), least));
 }
 
 void BdfStepper::start(const Point& point, double end) {
@@ -143,15 +145,18 @@ void BdfStepper::update_differences() {
   }
 }
 
-/// Reduced by the number of iterations used: fewer iterations allow longer steps.
+/// Reduced by the number of iterations used: fewer iterations allow longer steps (Hairer & Wanner II, §IV.8).
 double BdfStepper::safety_factor() const {
-  return 0.9 * (2 * most_corrections + 1) / (2 * most_corrections + iteration_.count);
+  return PredictiveController::safety * (2 * most_corrections + 1) /
+         (2 * most_corrections + iteration_.count);
 }
 
 void BdfStepper::choose_order(double error) {
   if (history_.equal_steps < history_.order + 1) return;
+  constexpr double longest = 10;            // of successive steps: ode15s and SciPy's BDF have the same limit
+  constexpr double less = 0.9, more = 1.2;  // a step within them is not worth a factorisation, as in RADAU5
   const double safety = safety_factor();
-  const auto factor = [](double e, int k) { return e > 0 ? std::pow(e, -1.0 / (k + 1)) : 10.0; };
+  const auto factor = [](double e, int k) { return e > 0 ? std::pow(e, -1.0 / (k + 1)) : longest; };
   double best = factor(error, history_.order);
   int wanted = history_.order;
   if (history_.order > 1)
@@ -168,8 +173,8 @@ void BdfStepper::choose_order(double error) {
       best = f;
       wanted = history_.order + 1;
     }
-  const double change = std::min(10.0, safety * best);
-  if (wanted == history_.order && change < 1.2 && change >= 0.9) return;
+  const double change = std::min(longest, safety * best);
+  if (wanted == history_.order && change < more && change >= less) return;
   history_.order = wanted;
   rescale(std::min(change, limits_.dt_max / dt_));
 }
@@ -221,7 +226,8 @@ void BdfStepper::step(double end) {
     if (error <= 1) return accept(t, error);
     if (rounding_.may_raise(rejected_) && at_rounding(error) == RoundingFloor::Answer::raised) continue;
     const double factor = safety_factor() * std::pow(error, -1.0 / (history_.order + 1));
-    reject(std::isfinite(error) ? std::max(0.2, factor) : 0.2);
+    constexpr double shortest = 0.2;  // of a step that failed: as in SciPy's BDF
+    reject(std::isfinite(error) ? std::max(shortest, factor) : shortest);
   }
 }
 

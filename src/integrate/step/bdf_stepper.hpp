@@ -25,7 +25,8 @@ class BdfStepper final : public Stepper {
 
  private:
   Detail look(const StepView& step, double t, Detail detail, Point& out) override;
-  static constexpr int most = 5;
+  static constexpr int most =
+      5;  ///< order, as in Shampine & Reichelt (1997): BDF of order 6 is A(18°)-stable only
   enum class Newton { converged, slow, not_finite };
   struct Pattern {
     std::vector<Position> positions;
@@ -82,7 +83,7 @@ class BdfStepper final : public Stepper {
   void choose_order(double error);
   void set_end(double t);
 
-  static constexpr int most_corrections = 4;
+  static constexpr int most_corrections = 4;  ///< as in ode15s and SciPy's BDF
   int N_, highest_;
   std::vector<int> index_;
   RhsSolver rhs_;

@@ -33,7 +33,7 @@ void ChebyshevStepper::start(const Point& point, double end) {
 }
 
 /// The spectral radius of ∂x′/∂x by the power method on differences of x′, slightly enlarged. Starts from the
-/// vector of the last call.
+/// vector of the last call. Numbers of RKC (Sommeijer, Shampine & Verwer, J. Comput. Appl. Math. 88, 1998).
 void ChebyshevStepper::measure_spectrum() {
   constexpr int most = 50;
   constexpr double enlarged = 1.2, accurate = 0.01;
@@ -99,18 +99,20 @@ ChebyshevStepper::Attempt ChebyshevStepper::attempt(double dt) {
   }
   ErrorSum sum;
   for (int k = 0; k < n(); ++k) {
+    // the estimate of RKC, ibid. (1998)
     const double e = 0.8 * (here_.x[k] - next_.x[k]) + 0.4 * dt * (here_.xdot[k] + next_.xdot[k]);
     error_[k] = e / weight(k, std::max(std::fabs(here_.x[k]), std::fabs(next_.x[k])));
     sum.add(error_[k]);
   }
-  norm_ = std::max(sum.norm(n()), 1e-10);
-  if (!(norm_ <= 1e100)) return Attempt::not_finite;
+  norm_ = std::max(sum.norm(n()), least_error);
+  constexpr double overflow = 1e100;  // its powers are finite
+  if (!(norm_ <= overflow)) return Attempt::not_finite;
   return norm_ <= 1 ? Attempt::accepted : Attempt::rejected;
 }
 
 void ChebyshevStepper::step(double end) {
   // steps between estimates of the spectrum, which is estimated again after a failed step as well
-  constexpr int often = 25, most_stages = 400;
+  constexpr int often = 25, most_stages = 400;  // 25 as in RKC
   constexpr double fastest = 5, slowest = 10;
   if (since_spectrum_ >= often) measure_spectrum();
   for (;;) {
@@ -134,7 +136,7 @@ void ChebyshevStepper::step(double end) {
         control_.quotient(dt, norm_, order + 1, PredictiveController::safety, 1 / fastest, slowest);
     const double proposed = control_.propose(dt, quotient);
     control_.accept(dt, norm_);
-    dt_ = dt < 0.99 * dt_ && dt_ <= longest ? std::max(proposed, dt_) : proposed;
+    dt_ = dt < as_planned * dt_ && dt_ <= longest ? std::max(proposed, dt_) : proposed;
     if (dt == end - here_.t) next_.t = end;
     std::swap(before_, here_);
     std::swap(here_, next_);

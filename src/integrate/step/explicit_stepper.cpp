@@ -382,8 +382,9 @@ Detail ExplicitStepper::look(const StepView& step, double t, Detail detail, Poin
     hermite(step, t, out);
     if (detail == Detail::coarse) return detail;
   }
-  const bool moved =
-      problem_->projects() && problem_->project_if_needed(t, out.x, tolerances_.rtol, tolerances_.atol, 1e-3);
+  constexpr double visible = 1e-3;  // of a tolerance: a hundredth of Problem::projection_share
+  const bool moved = problem_->projects() &&
+                     problem_->project_if_needed(t, out.x, tolerances_.rtol, tolerances_.atol, visible);
   const bool has_slope = computed && (coded_ || controller_.rules().fsal);
   if (has_slope || detail == Detail::full) {
     out.xdot = step.to.xdot;  // where stages fail, interpolation between the ends cannot give z

@@ -191,7 +191,8 @@ double IncrementCheck::undamped_norm(double norm, const double* e, double factor
     damped_size += damped * damped;
     undamped.add(right);
   }
-  if (product >= 0 || product * product < 0.25 * right_size * damped_size) return norm;
+  constexpr double narrow = 0.25;  // cos² 60°
+  if (product >= 0 || product * product < narrow * right_size * damped_size) return norm;
   return std::max(norm, undamped.norm(static_cast<int>(rows_.size())));
 }
 

@@ -28,7 +28,7 @@ double IrkStepper::filtered_error(const double* y) {
   matrices().real.solve(error_.data());
   ErrorSum sum;
   for (int k = 0; k < N_; ++k) sum.add(error_[k] / scales_.scale[k]);
-  return std::max(sum.norm(N_), 1e-10);
+  return std::max(sum.norm(N_), least_error);
 }
 
 /// The distance, in tolerances, of a step to a point inside an accepted one from the continuous extension of
@@ -98,9 +98,10 @@ double IrkStepper::correction_at_end(double dt) {
   const double norm = sum.norm(N_);
   if (stagnates && norm < 1) check_.set_harmless(work_.residual.data(), work_.transformed.data(), entries);
   constexpr int steps_checked = 4;  // steps until a large correction is forgotten
+  constexpr double small = 0.1;     // correction, in tolerances
   if (norm >= 1)
     iteration_.checks_due = steps_checked;
-  else if (norm < 0.1 && iteration_.checks_due > 0)
+  else if (norm < small && iteration_.checks_due > 0)
     --iteration_.checks_due;
   return std::isfinite(norm) ? norm : 0;
 }
@@ -186,7 +187,7 @@ double IrkStepper::damped_error_norm(CompiledNewtonStep& code, bool again) {
   const auto norm = [&](const CompiledNewtonStep::End& end) {
     ++stats_.evaluations;
     error_.assign(end.error, end.error + N_);
-    return std::max(ErrorSum::norm(end.sum, end.largest, N_), 1e-10);
+    return std::max(ErrorSum::norm(end.sum, end.largest, N_), least_error);
   };
   const double first = norm(end_ = code.end());
   if (first < 1 || !again) return first;

@@ -56,7 +56,7 @@ bool IrkStepper::use_code(double dt, bool now) {
 
 /// Compiles code for the first formula, with the Jacobian at the start.
 void IrkStepper::prepare_code() {
-  constexpr int small = 60;
+  constexpr int small = 60;  // unknowns up to which code always pays (linear_solver.cpp)
   if (N_ > small || matrices().code || !evaluate_jacobian()) return;
   shift(f().gamma / dt_);
   matrices().real.prepare(shifted_.real.data());
@@ -264,6 +264,7 @@ double IrkStepper::iterate(CompiledNewtonStep& code) {
 }
 
 IrkStepper::Newton IrkStepper::newton(double dt) {
+  constexpr double diverging = 0.99;  // this and the factors of a slow step: RADAU5
   const int most = most_iterations();
   double before = 0, quotient_before = 0;
   iteration_.contraction = std::pow(static_cast<float>(std::max(iteration_.contraction, eps)), 0.8f);
@@ -278,7 +279,7 @@ IrkStepper::Newton IrkStepper::newton(double dt) {
       const double quotient = length / before;
       iteration_.theta = iteration_.count == 2 ? quotient : std::sqrt(quotient * quotient_before);
       quotient_before = quotient;
-      if (!(iteration_.theta < 0.99)) return Newton::diverged;
+      if (!(iteration_.theta < diverging)) return Newton::diverged;
       iteration_.contraction = iteration_.theta / (1 - iteration_.theta);
       const int left = most - 1 - iteration_.count;
       double predicted = iteration_.contraction * length / iteration_.tolerance;

@@ -11,7 +11,8 @@
 namespace pendula::integrate {
 namespace {
 
-constexpr double order_up = 0.002, order_down = 0.8;  // limits of the contraction
+// of the contraction, and of successive steps: Hairer & Wanner, J. Comput. Appl. Math. 111, 1999 (RADAU)
+constexpr double order_up = 0.002, order_down = 0.8;
 constexpr double order_quotient_low = 0.8, order_quotient_high = 1.2;
 
 }  // namespace
@@ -92,8 +93,7 @@ void IrkStepper::prepare_tolerances() {
   }
   // an index-3 multiplier contains the iteration error of a constraint times h⁻²
   const int index = index_.empty() ? 1 : *std::max_element(index_.begin(), index_.end());
-  const double loosest = std::pow(0.1, index - 1) * std::min(0.03, std::sqrt(smallest));
-  iteration_.tolerance = std::max(10 * eps / smallest, loosest);
+  iteration_.tolerance = newton_tolerance(smallest, std::pow(0.1, index - 1));
 }
 
 void IrkStepper::set_scales(double dt) {
@@ -301,9 +301,11 @@ void IrkStepper::accept(double dt, double error, double end) {
   pulses_.accept();
   jacobian_.keep = iteration_.theta <= keep_jacobian_below;
   jacobian_.fresh = false;
+  constexpr double worth_a_factorisation = 1.2;  // of the step size: as in RADAU5
   const double change = proposed / dt;
-  if (jacobian_.keep && change >= 1 && change <= 1.2 && jacobian_.factorised_for == dt) proposed = dt;
-  dt_ = dt < 0.99 * dt_ ? std::max(proposed, dt_) : proposed;
+  if (jacobian_.keep && change >= 1 && change <= worth_a_factorisation && jacobian_.factorised_for == dt)
+    proposed = dt;
+  dt_ = dt < as_planned * dt_ ? std::max(proposed, dt_) : proposed;
   choose_order(change);
   if (dt == end - here_.t) next_.t = end;
   last_.t = here_.t;
@@ -405,7 +407,7 @@ void IrkStepper::refine(const StepView& step, int level, double t, Point& out) {
 /// A step from the beginning of the given one to t, into next_. Starting values come from its collocation
 /// polynomial, and Newton's iteration continues to the rounding level so that neighbouring values are smooth.
 bool IrkStepper::reaches(const StepView& step, int level, double t) {
-  constexpr double sharper = 1e-6;
+  constexpr double sharper = 1e-6, nearly = 1e-2;  // of the tolerance of a step
   if (order_.level != level) use(level);
   here_ = step.from;
   std::copy_n(here_.x.data(), n(), y_.data());
@@ -433,7 +435,7 @@ bool IrkStepper::reaches(const StepView& step, int level, double t) {
   iteration_.tolerance = std::clamp(100 * eps / relative, sharper * enough, enough);
   const Newton outcome = newton(dt);
   iteration_.tolerance = enough;
-  const bool close = outcome != Newton::not_finite && iteration_.length <= 1e-2 * enough;
+  const bool close = outcome != Newton::not_finite && iteration_.length <= nearly * enough;
   if (outcome != Newton::converged && !close) return false;
   if (code) end_ = code->end();
   return complete(dt);

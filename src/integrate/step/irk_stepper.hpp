@@ -43,7 +43,7 @@ class IrkStepper final : public Stepper {
 
  private:
   Detail look(const StepView& step, double t, Detail detail, Point& out) override;
-  /// Contraction below which the Jacobian serves another step.
+  /// Contraction below which the Jacobian serves another step: as in RADAU5 (Hairer & Wanner II, §IV.8).
   static constexpr double keep_jacobian_below = 0.001;
   enum class Newton { converged, slow, diverged, not_finite };
   /// Why a step is repeated.

@@ -138,6 +138,7 @@ bool RosenbrockStepper::time_derivative(const Point& at) {
   if (problem_->model().u.empty()) {
     time_kernel_(problem_->values().data(), Ft_.data());
   } else {  // inputs may be functions of numbers only
+    // √ε, as in RODAS (Hairer & Wanner II, §IV.7)
     const double delta = 1e-8 * std::max(1e-5, std::fabs(at.t) + dt_);
     problem_->residual(R_.data());
     problem_->set_time(at.t + delta);
@@ -318,7 +319,7 @@ void RosenbrockStepper::step(double end) {
     const double proposed = control_.propose(dt, quotient);
     control_.accept(dt, error);
     pulses_.accept();
-    dt_ = dt < 0.99 * dt_ ? std::max(proposed, dt_) : proposed;
+    dt_ = dt < as_planned * dt_ ? std::max(proposed, dt_) : proposed;
     if (dt == end - here_.t) next_.t = end;
     last_.t = here_.t;
     last_.dt = dt;

@@ -146,7 +146,8 @@ NewtonResult RungeKutta::newton(Vec& w) {
 }
 
 bool RungeKutta::can_extrapolate(const Point& from, double dt) const {
-  return last_dt_ > 0 && last_end_ == from.t && std::fabs(dt - last_dt_) <= 1e-9 * dt;
+  constexpr double rounding = 1e-9;  // of dt: multiples of it err by ε t
+  return last_dt_ > 0 && last_end_ == from.t && std::fabs(dt - last_dt_) <= rounding * dt;
 }
 
 /// Starting values of all stages: the polynomial of the last step continued, or the values at the mesh point.

@@ -68,7 +68,7 @@ std::optional<Mat> hessenberg(const ScaledJacobian& J, Eigen::Index n) {
 }
 
 /// Balances A by D⁻¹ A D with powers of two to rows and columns of equal norm; otherwise eigenvalues far
-/// below ‖A‖ are lost (Parlett & Reinsch, Numer. Math. 13, 1969).
+/// below ‖A‖ are lost (Parlett & Reinsch, Numer. Math. 13, 1969; 0.95 is theirs).
 void balance(Mat& A) {
   bool changed = true;
   for (int sweep = 0; changed && sweep < 20; ++sweep) {

@@ -111,6 +111,16 @@ class Stepper {
   const Problem& problem() const { return *problem_; }
 
  protected:
+  /// Errors of steps count as at least this, in tolerances: step size formulas divide by them (as in RADAU5).
+  static constexpr double least_error = 1e-10;
+  /// Of the planned step: a step below it was cut for the end of an interval, not for accuracy.
+  static constexpr double as_planned = 0.99;
+  /// Of Newton's iterations, in tolerances of the step: as in RADAU5 (Hairer & Wanner II, §IV.8), tighter by
+  /// `share`. tightest: of the relative tolerances.
+  static double newton_tolerance(double tightest, double share = 1) {
+    return std::max(10 * std::numeric_limits<double>::epsilon() / tightest,
+                    share * std::min(0.03, std::sqrt(tightest)));
+  }
   int n() const { return problem_->n(); }
   int m() const { return problem_->m(); }
   double weight(int i, double size) const { return tolerances_.atol[i] + tolerances_.rtol[i] * size; }
