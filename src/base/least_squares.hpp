@@ -43,6 +43,8 @@ QuadraticModel newton_model(double value, const Vec& gradient, const Mat& hessia
 /// point near by (the mirror image of an unstable predictor); the model is then the one at that point.
 using SmoothFunction = std::function<std::optional<QuadraticModel>(Vec& theta)>;
 
+constexpr double difference_noise = 1e-12;  ///< for `noise` where R comes from differences
+
 struct MinimiserOptions {
   int iterations = 200;
   double noise = 1e-13;     ///< relative error of V: rounding of sums, or the tolerance of an integration

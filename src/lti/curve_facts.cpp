@@ -27,19 +27,21 @@ CurveFacts curve_facts(const Vec& t, const Vec& y, double final) {
   f.peak_time = t[at];
   if (std::fabs(final) < 1e-12) return f;
   const Vec scaled_y = y / final;
-  const auto low = crossing(t, scaled_y, 0.1), high = crossing(t, scaled_y, 0.9);
+  constexpr double rise_from = 0.1, rise_to = 0.9, settled = 0.02;  // by definition
+  const auto low = crossing(t, scaled_y, rise_from), high = crossing(t, scaled_y, rise_to);
   if (low && high) f.rise_time = *high - *low;
   f.overshoot = std::max(0.0, 100 * (scaled_y[at] - 1));
-  if (*f.overshoot < 1e-7) f.overshoot = 0;
+  constexpr double none = 1e-7;  // percent: the response is known to ten digits or so
+  if (*f.overshoot < none) f.overshoot = 0;
   for (Index k = t.size(); k-- > 0;)
-    if (std::fabs(scaled_y[k] - 1) > 0.02) {
+    if (std::fabs(scaled_y[k] - 1) > settled) {
       if (k + 1 < t.size()) {
         const double a = std::fabs(scaled_y[k] - 1), b = std::fabs(scaled_y[k + 1] - 1);
-        f.settling_time = t[k] + (t[k + 1] - t[k]) * (a > b ? (a - 0.02) / (a - b) : 1);
+        f.settling_time = t[k] + (t[k + 1] - t[k]) * (a > b ? (a - settled) / (a - b) : 1);
       }
       break;
     }
-  if (!f.settling_time && std::fabs(scaled_y[0] - 1) <= 0.02) f.settling_time = t[0];
+  if (!f.settling_time && std::fabs(scaled_y[0] - 1) <= settled) f.settling_time = t[0];
   return f;
 }
 

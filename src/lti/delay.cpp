@@ -258,19 +258,20 @@ namespace {
 
 /// A grid of ω from low to high on which the argument of f changes by less than 0.3 per step.
 std::vector<double> following(const std::function<Complex(double)>& f, double low, double high) {
+  constexpr double turn = 0.3, longest = 1.02, shortest = 1e-7;  // of the argument; of ω
   std::vector<double> out{low};
-  double step = 1.02;
+  double step = longest;
   Complex last = f(low);
   while (out.back() < high && out.size() < 200000) {
     const double w = std::min(high, out.back() * step);
     const Complex now = f(w);
-    if (std::abs(std::arg(now / last)) > 0.3 && step > 1 + 1e-7) {
+    if (std::abs(std::arg(now / last)) > turn && step > 1 + shortest) {
       step = 1 + (step - 1) / 2;
       continue;
     }
     out.push_back(w);
     last = now;
-    step = std::min(1.02, 1 + (step - 1) * 1.5);
+    step = std::min(longest, 1 + (step - 1) * 1.5);
   }
   return out;
 }
@@ -288,11 +289,12 @@ double zero_between(const std::function<double(double)>& f, double a, double b) 
 /// Numbers of poles of the rational part in the right half-plane and at 0; loops with delays
 /// have infinitely many.
 std::pair<int, int> open_loop_poles(const DelaySystem& g) {
+  constexpr double on_axis = 1e-9;  // computed poles err by more than ε
   int right = 0, origin = 0;
   for (const dae::Mode& m : poles(g.core)) {
-    if (std::abs(m.value) < 1e-9)
+    if (std::abs(m.value) < on_axis)
       origin += m.multiplicity;
-    else if (m.value.real() > 1e-9 * std::abs(m.value))
+    else if (m.value.real() > on_axis * std::abs(m.value))
       right += m.multiplicity;
   }
   return {right, origin};
@@ -387,9 +389,10 @@ System sampled(const DelaySystem& g, double Ts) {
     throw Error(text("the delay of ", pendula::rounded(T, 6), " s is ", pendula::rounded(T / Ts, 6),
                      " samples of ", pendula::rounded(Ts, 6), " s; at most ", most_samples,
                      " are stored as states: take a longer Ts, or step and lsim of the continuous system"));
-  const auto d = static_cast<Index>(std::floor(T / Ts + 1e-9));
+  constexpr double rounding = 1e-9;  // of a sample: most_samples ε = 2e-13
+  const auto d = static_cast<Index>(std::floor(T / Ts + rounding));
   const double f = std::max(0.0, T - static_cast<double>(d) * Ts);
-  const bool fraction = f > 1e-9 * Ts;
+  const bool fraction = f > rounding * Ts;
   const auto held = [&](double t) {
     Mat M = Mat::Zero(n + m, n + m);
     M.topLeftCorner(n, n) = A * t;

@@ -12,6 +12,7 @@ namespace pendula::lti {
 namespace {
 
 constexpr Index stages = 8;
+constexpr double same_time = 1e-12;  // of the end: sums of delays err by some ε
 
 /// Gauss nodes on [0, 1] with the matrix and weights of the collocation method, and barycentric weights.
 struct Collocation {
@@ -137,8 +138,9 @@ std::vector<double> arrivals(const std::vector<double>& corners, const std::vect
       for (const double T : delays)
         if (t + T < end) next.push_back(t + T);
     std::sort(next.begin(), next.end());
-    next.erase(std::unique(next.begin(), next.end(), [&](double a, double b) { return b - a < 1e-12 * end; }),
-               next.end());
+    next.erase(
+        std::unique(next.begin(), next.end(), [&](double a, double b) { return b - a < same_time * end; }),
+        next.end());
     all.insert(all.end(), next.begin(), next.end());
     last = std::move(next);
   }
@@ -159,7 +161,7 @@ std::vector<double> panel_ends(const DelaySystem& g, const std::vector<double>& 
   std::sort(ends.begin(), ends.end());
   std::vector<double> out;
   for (const double t : ends) {
-    if (t < 0 || t > end || (!out.empty() && t - out.back() < 1e-12 * end)) continue;
+    if (t < 0 || t > end || (!out.empty() && t - out.back() < same_time * end)) continue;
     if (!out.empty()) {
       const double from = out.back();
       const auto parts = static_cast<int>(std::ceil((t - from) / h - 1e-9));

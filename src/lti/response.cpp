@@ -16,6 +16,9 @@
 namespace pendula::lti {
 namespace {
 
+constexpr double same_step = 1e-12;  // relative: differences of times, 4500 ε
+constexpr double on_grid = 1e-6;     // of Ts: times may be printed with seven digits
+
 /// The matrices in doubles.
 struct Numbers {
   Mat A, B, C, D;
@@ -35,7 +38,7 @@ void check_times(const Numbers& s, const Vec& t) {
     if (!(t[k] > t[k - 1]))
       throw Error(text("times must increase, but t[", k + 1, "] = ", pendula::rounded(t[k]), " follows ",
                        pendula::rounded(t[k - 1])));
-    if (s.Ts > 0 && std::fabs(t[k] - t[k - 1] - s.Ts) > 1e-6 * s.Ts)
+    if (s.Ts > 0 && std::fabs(t[k] - t[k - 1] - s.Ts) > on_grid * s.Ts)
       throw Error(
           text("the times of a discrete system are one sampling time apart (Ts = ", pendula::rounded(s.Ts),
                "), but t[", k + 1, "] - t[", k, "] = ", pendula::rounded(t[k] - t[k - 1])));
@@ -51,7 +54,7 @@ class Hold {
   Hold(const Numbers& s, bool linear) : s_(s), linear_(linear) {}
   Vec operator()(const Vec& x, const Vec& u0, const Vec& u1, double h) {
     if (s_.Ts > 0) return s_.A * x + s_.B * u0;
-    if (!(std::fabs(h - h_) <= 1e-12 * h)) prepare(h);
+    if (!(std::fabs(h - h_) <= same_step * h)) prepare(h);
     Vec next = Phi_ * x + G1_ * u0;
     if (linear_) next += G2_ * (u1 - u0);
     return next;
@@ -83,7 +86,7 @@ class Quadrature {
  public:
   explicit Quadrature(const Numbers& s) : s_(s) {}
   Vec operator()(Vec x, const std::function<Vec(double)>& u, double t, double h) {
-    if (!(std::fabs(h - h_) <= 1e-12 * h)) prepare(h);
+    if (!(std::fabs(h - h_) <= same_step * h)) prepare(h);
     const double piece = h / pieces_;
     for (int k = 0; k < pieces_; ++k) {
       x = Phi_ * x;
@@ -119,6 +122,7 @@ class Quadrature {
       }
     }
   }
+  /// Gauss-Legendre on [0, 1] (Abramowitz & Stegun 1964, table 25.4).
   static constexpr std::array<double, 5> nodes = {0.046910077030668004, 0.23076534494715845, 0.5,
                                                   0.76923465505284155, 0.95308992296933200};
   const Numbers& s_;
@@ -180,7 +184,7 @@ Vec from_zero(const Numbers& s, const Vec& t) {
     throw Error(text("the response begins at t = 0, but t[1] = ", pendula::rounded(t[0]),
                      "; lsim(G, u, t) begins at any time"));
   const double steps = s.Ts > 0 ? std::round(t[0] / s.Ts) : 1;
-  if (s.Ts > 0 && std::fabs(t[0] - steps * s.Ts) > 1e-6 * s.Ts)
+  if (s.Ts > 0 && std::fabs(t[0] - steps * s.Ts) > on_grid * s.Ts)
     throw Error(text("the times of a discrete system are multiples of Ts = ", pendula::rounded(s.Ts),
                      ", but t[1] = ", pendula::rounded(t[0])));
   if (steps > 1e7) throw Error(text("t[1] = ", pendula::rounded(t[0]), " is ", steps, " samples after 0"));

@@ -47,8 +47,9 @@ DaeOrders dae_orders(const Tableau& rk, const Stability& stability) {
   const auto [B, C, D] = simplifying_assumptions(c, c.b);
   const int p = rk.order(), q = std::min(C, B), r = D;
   const double limit = stability.at_infinity();
-  const bool stiff = rk.is_stiffly_accurate(), inside = std::fabs(limit) < 1 - 1e-12;
-  const bool minus_one = std::fabs(limit + 1) <= 1e-12, one = std::fabs(limit - 1) <= 1e-12;
+  constexpr double rounding = 1e-12;  // of R(∞), a quotient of doubles: 4500 ε
+  const bool stiff = rk.is_stiffly_accurate(), inside = std::fabs(limit) < 1 - rounding;
+  const bool minus_one = std::fabs(limit + 1) <= rounding, one = std::fabs(limit - 1) <= rounding;
   const bool first_explicit = rk.starts_explicit();
   bool solvable = degree(stability.Q()) == rk.stages();  // det A ≠ 0
   if (first_explicit) solvable = stiff && !rk.is_explicit() && degree(stability.Q()) == rk.stages() - 1;

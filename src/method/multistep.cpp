@@ -30,6 +30,9 @@ mpq_class moment(const Multistep::Fractions& a, const Multistep::Fractions& b, i
   return sum;
 }
 
+/// Zeros and their parts are the same up to this: computed multiple ones of modulus 1 differ by roots of ε.
+constexpr double same_zero = 1e-9;
+
 /// Zeros of Σ c[i] ζ^(n-i): eigenvalues of the companion matrix.
 std::vector<Complex> zeros(std::vector<Complex> c) {
   while (!c.empty() && std::abs(c.front()) == 0) c.erase(c.begin());
@@ -42,7 +45,7 @@ std::vector<Complex> zeros(std::vector<Complex> c) {
   std::vector<Complex> result(values.data(), values.data() + values.size());
   std::sort(result.begin(), result.end(), [](Complex a, Complex b) {
     const double d = std::abs(a) - std::abs(b);
-    return std::fabs(d) > 1e-9 ? d > 0 : a.imag() > b.imag();
+    return std::fabs(d) > same_zero ? d > 0 : a.imag() > b.imag();
   });
   return result;
 }
@@ -209,9 +212,10 @@ std::string zeros_text(const std::vector<Complex>& parasitic) {
   std::vector<std::string> words{"1"};
   for (const Complex& z : parasitic) {
     const double size = std::max(1.0, std::abs(z));
-    if (z.imag() < -1e-9 * size) continue;  // its conjugate was listed
+    if (z.imag() < -same_zero * size) continue;  // its conjugate was listed
     const std::string re = rounded(std::fabs(z.real()) < 1e-12 ? 0 : z.real(), 6);
-    words.push_back(std::fabs(z.imag()) <= 1e-9 * size ? re : text(re, " ± ", rounded(z.imag(), 6), " i"));
+    words.push_back(std::fabs(z.imag()) <= same_zero * size ? re
+                                                            : text(re, " ± ", rounded(z.imag(), 6), " i"));
   }
   const std::string last = words.back();
   words.pop_back();

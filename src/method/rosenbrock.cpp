@@ -243,7 +243,8 @@ bool Rosenbrock::error_estimate_sees_linear() const {
   Vec power = Vec::Ones(stages());
   for (int k = 0; k < stages(); ++k) {
     const double size = difference.cwiseAbs().dot(power.cwiseAbs());
-    if (std::fabs(difference.dot(power)) > 1e-10 * size) return true;
+    constexpr double rounding = 1e-10;  // of the terms: coefficients are often published with 12 digits
+    if (std::fabs(difference.dot(power)) > rounding * size) return true;
     power = beta_ * power;
   }
   return false;

@@ -135,9 +135,10 @@ std::optional<double> first_numeric_sign_change(const Polynomial& p) {
     reals.push_back(p[k].real(256));
   }
   if (c.size() < 2) return {};
+  constexpr double nearly_real = 1e-5;  // a triple zero is computed with an error of ∛ε = 6e-6
   std::vector<double> edges = {0};
   for (Complex z : companion_zeros(c))
-    if (z.real() > 0 && std::fabs(z.imag()) < 1e-5 * std::abs(z)) edges.push_back(z.real());
+    if (z.real() > 0 && std::fabs(z.imag()) < nearly_real * std::abs(z)) edges.push_back(z.real());
   std::sort(edges.begin(), edges.end());
   edges.push_back(2 * edges.back() + 1);
   const auto sign = [&](const Real& x) {

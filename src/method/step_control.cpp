@@ -34,9 +34,10 @@ static double negative_limit(const Tableau& rk) {
     }
     return std::fabs(1 + z * rk.b().dot(K));
   };
-  double y = 0.1;
-  while (R(-y) <= 1 + 1e-9 && y < 1000) y += 0.1;
-  double low = y - 0.1;
+  constexpr double step = 0.1, rounding = 1e-9;  // |R| touches 1 inside the regions of some methods
+  double y = step;
+  while (R(-y) <= 1 + rounding && y < 1000) y += step;
+  double low = y - step;
   for (int k = 0; k < 30; ++k) (R(-(low + y) / 2) <= 1 ? low : y) = (low + y) / 2;
   return low;
 }
@@ -44,6 +45,7 @@ static double negative_limit(const Tableau& rk) {
 StepRules::StepRules(const Tableau& rk) : stability_limit(negative_limit(rk)), fsal(rk.is_fsal()) {
   const int embedded = rk.data().embedded ? *rk.data().embedded : rk.embedded_order();
   control_order = rk.bhat2() ? rk.order() : std::min(rk.order(), embedded) + 1;
+  // DOPRI5: β = 0.04 at order 5, exponent 0.2 - 0.75 β, factors 0.2 … 10. DOP853: β = 0, factors 1/3 … 6.
   beta = control_order < 7 ? 0.2 / control_order : 0;
   exponent = 1.0 / control_order - 0.75 * beta;
   slowest = control_order < 7 ? 0.2 : 1.0 / 3;

@@ -11,7 +11,7 @@
 namespace pendula::generic {
 namespace {
 
-constexpr std::uint64_t prime = (std::uint64_t{1} << 61) - 1;
+constexpr std::uint64_t prime = (std::uint64_t{1} << 61) - 1;  // of Mersenne: remainders by shifts
 
 __extension__ using wide = unsigned __int128;
 
@@ -185,7 +185,7 @@ class Point {
 
   /// Numbers with small denominators are represented as multiples of one number, so that e² is the
   /// square of e.
-  static constexpr long common_denominator = 2520;
+  static constexpr long common_denominator = 2520;  ///< the least common multiple of 1 … 10
   static std::optional<long> multiple_of_unit(Expr e) {
     const mpq_class* q = exact_value(e);
     if (!q || common_denominator % q->get_den() != 0 || abs(*q) > 1000) return {};

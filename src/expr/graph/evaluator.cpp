@@ -18,7 +18,7 @@ constexpr double unit_roundoff = std::numeric_limits<double>::epsilon() / 2;
 /// The effect of an error of operand i: by the slope, or by differences if the error is not small relative to
 /// the operand (also from 0, if that is nearer, since a root has no value beyond).
 double passed_on(Op op, int i, const double (&operand)[3], double error) {
-  constexpr double small = 1e-6;
+  constexpr double small = 1e-6;  // the slope is then right to about as much
   if (error == 0) return 0;
   if (error <= small * std::fabs(operand[i]))
     if (const double slope = apply_slope(op, i, operand[0], operand[1], operand[2]); std::isfinite(slope))

@@ -128,7 +128,8 @@ void exact_diagonals(Bounded& x, const Mat& A, double t) {
   }
 }
 
-/// [m/m] with s squarings, s chosen so that the backward error of the approximant is below the unit roundoff.
+/// [m/m] with s squarings, s chosen so that the backward error of the approximant is below the unit roundoff:
+/// θ₃ … θ₉ from Higham (SIAM J. Matrix Anal. Appl. 26(4), 2005, table 2.3), θ₁₃ from Al-Mohy & Higham (2009).
 Bounded by_squaring(const Mat& A) {
   constexpr std::array<int, 4> degrees = {3, 5, 7, 9};
   constexpr std::array<double, 4> theta = {1.495585217958292e-2, 2.539398330063230e-1, 9.504178996162932e-1,

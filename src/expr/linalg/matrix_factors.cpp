@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "base/decompositions.hpp"
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/stoppable.hpp"
@@ -42,7 +43,8 @@ SingularValues::SingularValues(const Mat& A) {
 }
 
 Eigen::Index SingularValues::rank(const Mat& A) const {
-  const double least = static_cast<double>(std::max(A.rows(), A.cols())) * 2.220446049250313e-16 * s[0];
+  // max(m, n) ε σ₁, as in numpy.linalg.matrix_rank
+  const double least = static_cast<double>(std::max(A.rows(), A.cols())) * eps * s[0];
   return (s.array() > least).count();
 }
 

@@ -95,7 +95,7 @@ BoundedMinimum least_squares_within(const Residuals& r, const Vec& given, const 
   };
   MinimiserOptions options;
   options.iterations = iterations;
-  options.noise = 1e-12;
+  options.noise = difference_noise;
   options.accuracy = accuracy;
   Vec begin = start;
   std::optional<QuadraticModel> model = loss(begin);

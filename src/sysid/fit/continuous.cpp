@@ -65,10 +65,11 @@ struct Sampled {
 /// Discretises for a record of so many samples; longer delays have no effect on it.
 Sampled sampled(const Realisation& r, double delay, double Ts, Index samples) {
   Sampled s;
-  const double periods = std::floor(delay / Ts + 1e-9), most = static_cast<double>(samples);
+  constexpr double rounding = 1e-9;  // of a sample: ε of the number of samples in a delay
+  const double periods = std::floor(delay / Ts + rounding), most = static_cast<double>(samples);
   s.d = static_cast<Index>(std::min(periods, most));
   const double f = periods < most ? std::max(0.0, delay - periods * Ts) : 0;
-  s.fraction = f > 1e-9 * Ts;
+  s.fraction = f > rounding * Ts;
   const auto [Phi, whole] = held(r, Ts);
   s.Phi = Phi;
   s.before = Vec::Zero(r.A.rows());

@@ -48,7 +48,7 @@ Found search(std::vector<Experiment>& experiments, const GreyBoxRequest& r, cons
   };
   MinimiserOptions options;
   options.iterations = r.iterations;
-  options.noise = r.dt > 0 ? 1e-12 : std::clamp(10 * r.rtol, 1e-12, 1e-3);
+  options.noise = r.dt > 0 ? difference_noise : std::clamp(10 * r.rtol, difference_noise, 1e-3);
   options.accuracy = r.dt > 0 ? 1e-11 : std::clamp(r.rtol, 1e-11, 1e-4);
   const Minimum m = minimise(loss, theta, options);
   Found found{m.theta, {}, {}, {}, ending_text(m), m.converged()};

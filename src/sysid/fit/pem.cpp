@@ -29,7 +29,7 @@ void put_delayed(Eigen::Ref<Vec> to, const Vec& x, Index k, double sign) {
 Mat start_responses(const Vec& P, Index n, Index count) {
   const Vec g = ringing(P, one, n);
   Index last = n - 1;
-  const double negligible = 1e-18 * g.cwiseAbs().maxCoeff();
+  const double negligible = negligible_tail * g.cwiseAbs().maxCoeff();
   while (last > 0 && std::abs(g[last]) <= negligible) --last;
   Mat Z(std::min(n, last + 1 + count), count);
   for (Index j = 0; j < count; ++j) put_delayed(Z.col(j), g.head(Z.rows()), j, 1);
@@ -210,7 +210,7 @@ class Search {
     MinimiserOptions options;
     options.iterations = o_.iterations;
     if (gaps_) {  // J by differences
-      options.noise = 1e-12;
+      options.noise = difference_noise;
       options.accuracy = 1e-9;
     }
     options.is_known = [&](const Vec& theta, const Vec& scale) {
@@ -240,7 +240,7 @@ class Search {
 
 /// Does the polynomial have a zero on the unit circle, or beyond 1 - 1e-4?
 bool reaches_circle(Vec p) {
-  constexpr double radius = 1 - 1e-4;
+  constexpr double radius = 1 - 1e-4;  // a zero there decays in 10⁴ samples
   for (Index k = 1; k < p.size(); ++k) p[k] *= std::pow(radius, -static_cast<double>(k));
   return !stable(p);
 }

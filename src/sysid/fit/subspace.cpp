@@ -190,7 +190,8 @@ Mat kalman_gain(const Mat& A, const Mat& C, const Mat& Q, const Mat& S, const Ma
     next = (0.5 * (next + next.transpose())).eval();
     const double change = (next - P).norm();
     P = std::move(next);
-    if (!(change > 1e-14 * P.norm())) break;
+    constexpr double rounding = 1e-14;  // 45 ε
+    if (!(change > rounding * P.norm())) break;
   }
   return K;
 }
@@ -212,11 +213,12 @@ IdModel subspace(const IdData& given, const SubspaceOptions& o) {
                      ", order = ", o.order, " needs horizon ≥ ", (o.order + p - 1) / p + 1));
   check_size(d, m.horizon, o.order > 0 ? o.order : o.least);
   const Hankel h = hankel(d, m.horizon);
-  if (!(h.R23().norm() > 1e-9 * h.y_size()))
+  constexpr double rounding = 1e-9;  // of y: what remains of data without noise after the factorisation
+  if (!(h.R23().norm() > rounding * h.y_size()))
     throw Error(text("the data do not determine a model of order ", std::max(1, o.order),
                      ": past samples do not improve the prediction of the "
                      "outputs by the inputs; excite the input, or take fir"));
-  const bool exact = h.R33().norm() <= 1e-9 * h.y_size();
+  const bool exact = h.R33().norm() <= rounding * h.y_size();
   if (exact && m.weighting == "CVA") m.weighting = "MOESP";  // without noise there is no weighting
   const Decomposed part = decompose(h, m.weighting);
   m.singular_values = part.S;

@@ -130,6 +130,8 @@ void filter(const Vec& num, const Vec& den, const double* x, Index n, double* y)
 Vec filtered(const Vec& num, const Vec& den, const Vec& x);
 /// 1/den applied to n samples of which only the first, `head`, are not zero; what has decayed is zero.
 Vec ringing(const Vec& den, const Vec& head, Index n);
+/// Relative to its largest value, what is left of such a response without effect: 200 of them make ε.
+constexpr double negligible_tail = 1e-18;
 Vec convolve(const Vec& a, const Vec& b);
 /// All zeros of the monic polynomial 1 + p₁q⁻¹ + … inside the unit circle (Schur–Cohn recursion).
 bool stable(const Vec& p);

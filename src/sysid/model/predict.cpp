@@ -206,7 +206,7 @@ void fit_initial_state(Vec& e, const Vec& H, const Vec& P, Index memory) {
   const Index n = std::min(memory, e.size());
   TriangularFactor factor(n + 1);
   Index last = e.size() - 1;  // later rows do not depend on the start
-  const double negligible = 1e-18 * g.cwiseAbs().maxCoeff();
+  const double negligible = negligible_tail * g.cwiseAbs().maxCoeff();
   while (last > 0 && std::abs(g[last]) <= negligible) --last;
   const Index rows = std::min(e.size(), last + 1 + n);
   for (Index t = 0; t < rows; t += 512) {
