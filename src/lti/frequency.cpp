@@ -84,8 +84,9 @@ std::vector<std::pair<double, double>> corners(const System& g) {
 }
 
 double bisect(const std::function<double(double)>& f, double a, double b) {
+  constexpr double last_bits = 1e-15;  // 4.5 ε
   double fa = f(a);
-  for (int k = 0; k < 200 && std::fabs(b - a) > 1e-15 * std::fabs(b); ++k) {
+  for (int k = 0; k < 200 && std::fabs(b - a) > last_bits * std::fabs(b); ++k) {
     const double c = std::sqrt(a * b), fc = f(c);
     if ((fc < 0) == (fa < 0)) {
       a = c;
@@ -129,7 +130,8 @@ Vec bode_frequencies(const System& given) {
   }
   std::erase_if(w, [&](double v) { return v < low || v > high; });
   std::sort(w.begin(), w.end());
-  w.erase(std::unique(w.begin(), w.end(), [](double a, double b) { return b - a < 1e-12 * b; }), w.end());
+  constexpr double same = 1e-12;  // relative: 4500 ε
+  w.erase(std::unique(w.begin(), w.end(), [](double a, double b) { return b - a < same * b; }), w.end());
   return Eigen::Map<const Vec>(w.data(), static_cast<Index>(w.size()));
 }
 
@@ -168,10 +170,11 @@ Vec phase(const ComplexVec& G) {
 
 namespace {
 
+constexpr double on_axis = 1e-9;  // of |z|, or of 1: simple poles err by ε times a condition number
+
 /// arg(at(ω) - z) relative to ω = 0, for a zero or pole z away from that point. Roots on the axis (circle)
 /// count as stable.
 double turn(Complex z, double w, double Ts) {
-  constexpr double on_axis = 1e-9;
   if (Ts == 0) {
     if (std::fabs(z.real()) <= on_axis * std::abs(z)) z = {-on_axis * std::abs(z), z.imag()};
     return std::arg(1.0 - Complex(0, w) / z);
@@ -195,7 +198,7 @@ std::optional<Vec> sheet(const System& given, const Vec& w) {
   }
   const Complex origin = Ts > 0 ? 1 : 0;
   const auto is_origin = [&](const dae::Mode& m) {
-    return Ts > 0 ? std::abs(m.value - origin) < 1e-9 : m.value == origin;
+    return Ts > 0 ? std::abs(m.value - origin) < on_axis : m.value == origin;
   };
   const auto is_unstable = [&](const dae::Mode& m) {
     return m.value.imag() == 0 && (Ts > 0 ? m.value.real() > 1 : m.value.real() > 0);
@@ -360,10 +363,11 @@ std::vector<double> level_frequencies(const System& g, double gamma) {
     parts << e.real(), e.imag();
     return std::vector<Mat>{parts};
   })[0];
+  constexpr double double_root = 1e-8;  // near the norm eigenvalues are double: computed ones err by √ε
   std::vector<double> list;
   for (Index k = 0; k < 2 * n; ++k) {
     const Complex e(eigenvalues(k, 0), eigenvalues(k, 1));
-    if (std::fabs(e.real()) < 1e-8 * (1 + std::abs(e)) && e.imag() >= 0) list.push_back(e.imag());
+    if (std::fabs(e.real()) < double_root * (1 + std::abs(e)) && e.imag() >= 0) list.push_back(e.imag());
   }
   std::sort(list.begin(), list.end());
   return list;
@@ -397,11 +401,12 @@ PeakGain hinf_norm(const System& given) {
   const double limit = g.inputs && g.outputs ? Eigen::JacobiSVD<Mat>(numbers(g.ss.D)).singularValues()[0] : 0;
   if (limit > best.value) best = {limit, std::numeric_limits<double>::infinity()};
   if (g.ss.order() == 0 || best.value == 0) return best;
-  for (int k = 0; k < 40; ++k) {  // Bruinsma & Steinbuch, Systems Control Lett. 14(4), 1990
-    const auto w = level_frequencies(g, best.value * (1 + 1e-10));
+  constexpr double accuracy = 1e-10;  // of the norm
+  for (int k = 0; k < 40; ++k) {      // Bruinsma & Steinbuch, Systems Control Lett. 14(4), 1990
+    const auto w = level_frequencies(g, best.value * (1 + accuracy));
     const double before = best.value;
     for (std::size_t i = 0; i + 1 < w.size(); ++i) consider((w[i] + w[i + 1]) / 2);
-    if (best.value <= before * (1 + 1e-10)) break;
+    if (best.value <= before * (1 + accuracy)) break;
   }
   return best;
 }

@@ -15,12 +15,14 @@
 namespace pendula::lti {
 namespace {
 
-constexpr int most_pencil = 60;  // unknowns up to which an exact pencil is used
+constexpr int most_pencil = 60;      // unknowns up to which an exact pencil is used
+constexpr double dependent = 1e-11;  // of the first pivot: rounding leaves n ε
 
 /// Replaces a computed value, accurate to the tolerance of the start (1e-10), by a short decimal nearby if
 /// there is one.
 Expr snapped(double v, double scale) {
-  if (std::fabs(v) <= 1e-14 * scale) return 0;
+  constexpr double rounding = 1e-14;  // 45 ε of the largest value
+  if (std::fabs(v) <= rounding * scale) return 0;
   const std::string digits = pendula::rounded(v, 12);
   const auto significant =
       std::count_if(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; });
@@ -36,9 +38,11 @@ class Point {
     for (const auto& [leaf, v] : at.values) values_[leaf] = snapped(v, scale);
     for (const dae::LedgerRow& row : at.rows)
       if (row.origin == dae::Origin::fixed) values_[row.leaf] = Expr(row.value);
+    constexpr double last_bits = 1e-15;  // 4.5 ε: the parameter was used as it is
     for (const auto& [p, v] : model.values) {
       const auto used = at.values.find(p);
-      if (used == at.values.end() || std::fabs(number(v) - used->second) <= 1e-15 * std::fabs(used->second))
+      if (used == at.values.end() ||
+          std::fabs(number(v) - used->second) <= last_bits * std::fabs(used->second))
         values_[p] = v;
     }
     values_[time_symbol()] = Expr(at.t);
@@ -156,7 +160,7 @@ bool regular(const MatX& m) {
   for (Index j = 0; j < a.cols(); ++j)
     if (const double size = a.col(j).lpNorm<Eigen::Infinity>(); size > 0) a.col(j) /= size;
   Eigen::FullPivLU<Mat> lu(a);
-  lu.setThreshold(1e-11);
+  lu.setThreshold(dependent);
   return lu.rank() == a.rows();
 }
 
@@ -336,7 +340,7 @@ MatX tangent(const MatX& J, int n) {
   if (J.rows() == 0) return MatX::Identity(n, n);
   if (field(J) == Field::exact && n <= most_pencil) return dae::expressions(dae::kernel(rational(J)));
   Eigen::FullPivLU<Mat> lu(numbers(J));
-  lu.setThreshold(1e-11);
+  lu.setThreshold(dependent);
   return expressions(Mat(lu.kernel()));
 }
 

@@ -40,6 +40,8 @@ namespace {
 
 using Rationals = dae::Polynomial;
 
+constexpr double accuracy = 1e-10;  // of computed poles, relative to them or to the unit circle
+
 /// Is the eigenvalue λ of A semisimple, that is, without chains of generalised eigenvectors?
 bool semisimple(const System& g, const dae::Mode& mode) {
   if (mode.multiplicity == 1) return true;
@@ -50,7 +52,7 @@ bool semisimple(const System& g, const dae::Mode& mode) {
   const ComplexMat m =
       linalg::similar(A, linalg::balancing(A)).cast<Complex>() - mode.value * ComplexMat::Identity(n, n);
   Eigen::JacobiSVD<ComplexMat> svd(m);
-  svd.setThreshold(1e-10);
+  svd.setThreshold(accuracy);
   return n - svd.rank() == mode.multiplicity;
 }
 
@@ -203,7 +205,7 @@ std::vector<Place> places(const std::vector<dae::Mode>& list, const std::optiona
     return where;
   }
   for (std::size_t k = 0; k < list.size(); ++k) {
-    const double x = distance(list[k]), tol = 1e-10 * (continuous ? std::abs(list[k].value) : 1);
+    const double x = distance(list[k]), tol = accuracy * (continuous ? std::abs(list[k].value) : 1);
     where[k] = x > tol ? Place::outside : std::fabs(x) <= tol ? Place::on : Place::inside;
   }
   return where;

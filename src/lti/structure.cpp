@@ -397,7 +397,8 @@ Mat numeric_lyapunov(const Mat& A, const Mat& Q, bool continuous) {
   const Vec d = linalg::balancing(A);
   const Mat P = schur_lyapunov(A, Q, continuous, d);
   const double error = entrywise_residual(A, Q, P, continuous);
-  if (d.isOnes(0) || error <= 1e-13 * static_cast<double>(A.rows())) return P;
+  constexpr double rounding = 1e-13;  // 450 ε per state
+  if (d.isOnes(0) || error <= rounding * static_cast<double>(A.rows())) return P;
   try {
     const Mat plain = schur_lyapunov(A, Q, continuous, Vec::Ones(A.rows()));
     return entrywise_residual(A, Q, plain, continuous) < error ? plain : P;
@@ -417,7 +418,8 @@ MatX lyapunov(const MatX& A, const MatX& Q, bool continuous) {
   if (f == Field::symbolic ? A.rows() <= 4 : f == Field::exact && A.rows() <= 8)
     return exact_lyapunov(A, Q, continuous);
   const Mat q = numbers(Q);
-  if (!q.isApprox(q.transpose(), 1e-12)) throw Error("Q must be symmetric");
+  constexpr double rounding = 1e-12;  // of a product such as CᵀC: 4500 ε
+  if (!q.isApprox(q.transpose(), rounding)) throw Error("Q must be symmetric");
   const double n = static_cast<double>(A.rows());
   return expressions(stoppable(
       100 * n * n * n, [&] { return std::vector<Mat>{numeric_lyapunov(numbers(A), q, continuous)}; })[0]);

@@ -189,7 +189,7 @@ IndexResult confirmed_structure(const Model& m, const Analysis& a) {
 /// The derivative array at consistent points of the regularised equations, which Newton's method
 /// finds more easily.
 ArrayResult array_from_regularised(const Model& m, const Regularised& r, ArrayOptions options) {
-  constexpr int seeds = 8;
+  constexpr int seeds = 8;  // starting values
   const Model& other = *r.model;
   const Analysis a = analyse(other);
   if (!a.regular || other.variables.size() > ConsistentPointRank::affordable) return {};

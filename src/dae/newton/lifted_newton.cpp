@@ -82,7 +82,7 @@ Vec LiftedNewton::first_exponents(const Vec& w, std::span<const double> given) c
 
 std::optional<Vec> LiftedNewton::operator()(const Vec& w, std::span<const double> given,
                                             const Vec& unit) const {
-  constexpr int most_steps = 200;
+  constexpr int most_steps = 200;  // an exponent that moves by 1 a step goes from e²⁰⁰ to 1
   // of a step relative to 1 + |unknown|. Below `small` a Newton step is about the square of the one before;
   // one of more than half of it is rounding.
   constexpr double small = 1e-6, rounding = 1e-14;  // rounding: 45 ε

@@ -36,8 +36,9 @@ Mat without_small(const Mat& J, double negligible) {
 /// by its distance, 10⁻⁸, and may end by chance; the Jacobian is as small there. A complete loss of rank
 /// does not count.
 bool is_nearly_singular(Mat J) {
-  constexpr double near_double_root = 1e-7;  // ten times that distance
-  constexpr double rounding = 1e-13;         // of the largest σ: smaller ones are the complete loss
+  constexpr double near_double_root =
+      1e-7;                           // ten times that distance; with 1e-8 tests/dae/existence_test fails
+  constexpr double rounding = 1e-13;  // of the largest σ: smaller ones are the complete loss
   for (Index i = 0; i < J.rows(); ++i)
     if (const double size = J.row(i).cwiseAbs().maxCoeff(); size > 0) J.row(i) /= size;
   const Vec sizes = Eigen::JacobiSVD<Mat>(J).singularValues();

@@ -243,7 +243,7 @@ ConsistentPointRanks ConsistentPointRank::ranks(int wanted, int seeds) const {
     if (rank == size_ && proves_index(J)) ++result.index_proved;
     result.least = result.points++ ? std::min(result.least, rank) : rank;
   };
-  constexpr int more = 6, high = 5;
+  constexpr int more = 6, high = 5;  // points; derivatives, as in StartLevels
   const auto take_staged = [&] {
     for (int seed = 0; seed < more && result.most < size_; ++seed)
       if (const auto at = staged_point(seed, numeric); at && !at->slow) take(*at);
@@ -289,7 +289,7 @@ std::vector<Expr> ConsistentPointRank::with_given_ones(std::vector<Expr> columns
 /// The largest number of points on a single equation at which its gradient vanishes, if that is so at all
 /// points found: C² = 0. All equations together may then have no point that Newton's method reaches.
 int ConsistentPointRank::points_of_one_equation() const {
-  constexpr int seeds = 6;
+  constexpr int seeds = 6;  // starting values per equation
   int most = 0;
   for (std::size_t row : as_written_) {
     const NumericArray numeric({rows_[row]}, unknowns_in({rows_[row]}, {}, variables_));

@@ -211,7 +211,7 @@ ConstraintRank ConstraintPositions::near(const std::unordered_map<Expr, double>&
 }
 
 ConstraintRank ConstraintPositions::anywhere() const {
-  constexpr int seeds = 12;
+  constexpr int seeds = 12;  // starting values
   ConstraintRank best;
   if (q_.size() > affordable) return best;
   for (int seed = 0; seed < seeds; ++seed) {

@@ -8,7 +8,7 @@
 namespace pendula::dae {
 
 ZeroSetRanks rank_on_zero_set(const std::vector<Expr>& r, const std::vector<Expr>& z) {
-  constexpr int seeds = 12;
+  constexpr int seeds = 12;  // starting values
   const auto n = static_cast<int>(z.size());
   const std::vector<Expr> rows = without_calls(r);
   const std::vector<Entry> jacobian = sparse_jacobian(rows, z);

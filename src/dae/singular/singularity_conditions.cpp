@@ -144,8 +144,8 @@ bool floats(const Mechanics& mechanics, const ParameterValues& values,
 /// coordinate without effect: those of the determinants of coupled blocks of up to four coordinates. Up to
 /// `searched` coordinates a consistent point must exist; in larger models every vanishing factor counts.
 void add_mass_factors(const Model& m, const Analysis& a, std::vector<Factor>& list) {
-  constexpr std::size_t most_coordinates = 4;
-  constexpr Eigen::Index searched = 40;
+  constexpr std::size_t most_coordinates = 4;  // of a determinant: 24 products of entries
+  constexpr Eigen::Index searched = 40;        // coordinates: Gauss-Newton runs with dense Jacobians
   const Mechanics& mechanics = *m.mechanics;
   const auto n = static_cast<std::size_t>(mechanics.q.size());
   std::vector<std::vector<const Entry*>> row(n);

@@ -57,7 +57,8 @@ bool ContinuationCheck::exists_along(const Continuation& continuation,
                                      const ContinuationExpansion& along) const {
   // The step ahead is a hundredth of the time in which unknowns change by their units. There a straight line
   // has an error of 0.01², and solutions whose slopes differ by one unit are 0.01 apart; `share`, relative to
-  // 0.01, lies between.
+  // 0.01, lies between. (The tests of starts pass with a tenth and ten
+  // times either.)
   constexpr double ahead = 0.01, share = 0.1;
   const NumericArray& equations = numeric_arrays(model_)->of_order(0);
   PointValues values = continuation.values;
@@ -107,7 +108,8 @@ bool ContinuationCheck::is_least(const Continuation& continuation, const Continu
   // With h the residual of the right polynomial decreases faster than that of one with a changed coefficient,
   // so that their ratio falls below any share at some h, unless rounding hides both. The change is the one
   // that distinguishes solutions (same_derivative), or a tenth, since the residual at a double root is the
-  // square of a change and would hide a smaller one.
+  // square of a change and would hide a smaller one. (The tests of starts pass with a tenth and ten times
+  // each.)
   constexpr double share = 0.3, change = 0.1, least_change = same_derivative;
   // relative to a residual; smaller changes are rounding at the least h, 10⁻⁷
   constexpr double unchanged = 1e-9;

@@ -24,7 +24,8 @@ namespace {
 
 using Index = Eigen::Index;
 
-// threshold of coefficients at a meeting point, whose time is known to some digits
+// threshold of coefficients at a meeting point, whose time is known to some digits (the tests
+// of starts pass from 1e-6 to 1e-4)
 constexpr double vanishing = 1e-5;
 constexpr double nearby = 2e-3;  // in units: distance of the states of a found point from the given one
 

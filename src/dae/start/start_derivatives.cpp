@@ -78,8 +78,9 @@ class Extension {
   /// Unknown i is determined if the null space of J has no component along it: (J⁺ J)ᵢᵢ = 1.
   static bool determined(const Eigen::CompleteOrthogonalDecomposition<Mat>& decomposition, const Mat& J,
                          const std::vector<Index>& places) {
+    constexpr double visible = 1e-9;  // (J⁺ J)ᵢᵢ = 1 - the square of the component in the null space
     return std::all_of(places.begin(), places.end(), [&](Index i) {
-      return std::fabs(Vec(decomposition.solve(Vec(J.col(i))))[i] - 1) < 1e-9;
+      return std::fabs(Vec(decomposition.solve(Vec(J.col(i))))[i] - 1) < visible;
     });
   }
 

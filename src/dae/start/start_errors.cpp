@@ -57,7 +57,8 @@ std::vector<std::string> directions(const StartSystem& s, const Freedom& open) {
     std::vector<std::string> names, numbers;
     for (Index j : open.open) {
       const double step = N(j, k) * s.unit[j] / s.unit[lead];
-      if (std::fabs(N(j, k)) < 1e-9) continue;
+      constexpr double rounding = 1e-9;  // of components of null vectors, where the chosen ones are 1
+      if (std::fabs(N(j, k)) < rounding) continue;
       names.push_back(to_text(s.unknowns[j]));
       numbers.push_back(rounded(step, 5));
     }

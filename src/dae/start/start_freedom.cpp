@@ -283,6 +283,7 @@ class ClassedElimination {
 
   void subtract(Index p, Index i, Index column) {
     constexpr double rounding = 1e-11;  // relative to the terms that cancel
+    constexpr double least = 1e-3;      // in units: entries below 1e-14 are rounding, whatever their terms
     auto& row = rows_[at(i)];
     const auto& pivot = rows_[at(p)];
     const double factor = row.at(column) / pivot.at(column);
@@ -291,7 +292,7 @@ class ClassedElimination {
       const double before = std::fabs(it->second);
       it->second -= factor * v;
       if (j == column ||
-          std::fabs(it->second) <= rounding * std::max({before, std::fabs(factor * v), 1e-3})) {
+          std::fabs(it->second) <= rounding * std::max({before, std::fabs(factor * v), least})) {
         row.erase(it);
         columns_[at(j)].erase(i);
         update_column(j);

@@ -87,10 +87,12 @@ class Nearest {
   }
 
   bool move(StartSolution& at, const Vec& step) {
-    for (double alpha = 1; alpha > 1e-6; alpha /= 2) {
+    constexpr double shortest = 1e-6;  // the tests of starts pass from a tenth to ten times this
+    for (double alpha = 1; alpha > shortest; alpha /= 2) {
       StartSolution next = gauss_newton(s_, at.w + alpha * step.cwiseProduct(s_.unit), equations_);
       if (!next.solved || distance(next.w) > distance(at.w) * (1 + rounding)) continue;
-      const bool moved = (next.w - at.w).cwiseQuotient(s_.unit).norm() > 1e-15;
+      constexpr double still = 1e-15;  // 4.5 ε
+      const bool moved = (next.w - at.w).cwiseQuotient(s_.unit).norm() > still;
       at = std::move(next);
       return moved;
     }
@@ -212,13 +214,15 @@ StartSolution sparse_nearest(const StartSystem& s) {
     const auto x = solve_by_lu(K, right);
     if (!x || !x->allFinite()) break;
     w += x->head(n).cwiseProduct(s.unit);
-    if (x->head(n).norm() <= 1e-10 * (1 + w.cwiseQuotient(s.unit).norm())) break;
+    constexpr double converged = 1e-10;  // gauss_newton() adds the other digits
+    if (x->head(n).norm() <= converged * (1 + w.cwiseQuotient(s.unit).norm())) break;
   }
   const StartSolution near = gauss_newton(s, w, equations);
   const auto distance = [&](const Vec& v) {
     return weight.cwiseProduct((v - target).cwiseQuotient(s.unit)).norm();
   };
-  return near.solved && distance(near.w) <= distance(at.w) * (1 + 1e-12) ? near : at;
+  constexpr double rounding = 1e-12;  // 4500 ε
+  return near.solved && distance(near.w) <= distance(at.w) * (1 + rounding) ? near : at;
 }
 
 }  // namespace

@@ -23,14 +23,15 @@ using Sparse = Eigen::SparseMatrix<double>;
 constexpr double solved_below = 1e-10;  // scaled residual that counts as satisfied
 constexpr double unit_roundoff = std::numeric_limits<double>::epsilon() / 2;
 constexpr int max_iterations = 60;  // a double root takes 26: half the distance each, down to √ε
-// of a full step, or relative to the point; with shorter steps the iteration has stalled
+// of a full step, or relative to the point; with shorter steps the iteration has stalled (the
+// tests of starts pass from 1e-5 to 1e-3)
 constexpr double shortest_step = 1e-4;
 constexpr double polishing_step = 0.75;  // at a solution; a full step that does not improve it is rounding
 constexpr double sufficient = 0.1;       // share of the predicted decrease that a step must bring
 constexpr double rounding_step =
     1e-15;  // relative to the value of every unknown, since a unit may be far too large
 // At a double root every step halves the distance. Only steps above `visible` count; six
-// in succession suffice.
+// in succession suffice. (The tests of starts pass with `visible` from 1e-8 to 1e-6.)
 constexpr double visible = 1e-7, half_low = 0.4, half_high = 0.6;
 constexpr int double_root_after = 6;
 
@@ -99,7 +100,7 @@ bool refine(const StartSystem& s, const Selected& system, Vec& w) {
 /// Step weights: unknowns without a guess move a thousand times more readily than guessed states; guessed
 /// algebraic variables and derivatives, which follow from the states, thirty times.
 Vec reaches(const StartSystem& s) {
-  constexpr double ready = 1e3, follows = 30;
+  constexpr double ready = 1e3, follows = 30;  // the tests of starts pass from a tenth to ten times these
   const auto& guessed = s.guessed();
   const bool any = std::find(guessed.begin(), guessed.end(), 1) != guessed.end();
   Vec reach = Vec::Constant(static_cast<Index>(guessed.size()), any ? ready : 1);

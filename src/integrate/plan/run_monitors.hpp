@@ -45,8 +45,8 @@ class FixedStepMonitors : public MonitorList {
       : divisors_(problem, plan.guards),
         ranks_(problem, plan.blocks, default_rtol, plan.sizes),
         roots_(problem, plan.guards),
-        domain_(*problem, plan.guards, Tolerances::uniform(problem->n(), default_rtol, 0), plan.is_determined(),
-                plan.check_singularities),
+        domain_(*problem, plan.guards, Tolerances::uniform(problem->n(), default_rtol, 0),
+                plan.is_determined(), plan.check_singularities),
         problem_(problem),
         empty_(plan.guards.empty() && plan.blocks.empty()) {
     if (empty_) return;

@@ -12,10 +12,6 @@
 namespace pendula::integrate {
 namespace {
 
-// Of the interval. A run that stops again after less than `brief` is stuck (as in StallDetector), and a step
-// as short is not repeated; `no_time` is rounding of times, 4500 ε.
-constexpr double brief = 1e-6, no_time = 1e-12;
-
 bool contains_condition(Expr e) {
   const std::vector<Expr> nodes = topological({&e, 1});
   return std::any_of(nodes.begin(), nodes.end(), [](Expr node) {
@@ -262,8 +258,7 @@ bool EventHandler::end_before(const EventFinder::Hit& hit, const Event& event, R
 
 bool EventHandler::repeated_shorter() {
   const double dt = (state_.stepper().here().t - state_.stepper().before().t) / 4;
-  constexpr double shortest = 1e-10;  // of the interval: 17 quarterings of all of it
-  return dt >= shortest * state_.interval() && repeated(dt);
+  return dt >= shortest_repeated * state_.interval() && repeated(dt);
 }
 
 /// The last interpolated point is not as accurate as its step: shorter ones, or its error counts.

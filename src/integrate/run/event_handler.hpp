@@ -14,6 +14,10 @@
 
 namespace pendula::integrate {
 
+// Of the interval. A run that stops again after less than `brief` is stuck (as in StallDetector), and a step
+// as short is not repeated. Repeated steps are longer than 17 quarterings of all of it. `no_time`: rounding.
+constexpr double brief = 1e-6, shortest_repeated = 1e-10, no_time = 1e-12;
+
 class EventHandler {
  public:
   /// Requires that all of them outlive it.

@@ -60,6 +60,8 @@ void require_multiplicity(const std::vector<Complex>& poles, Index rank) {
   }
 }
 
+constexpr double vanished = 1e-12;  // of a unit vector, after a projection: its direction is rounding
+
 /// Eigenvectors as real columns: x for a real pole, Re x and Im x for a pair.
 class Eigenvectors {
  public:
@@ -144,7 +146,7 @@ class Eigenvectors {
   void update_real(Index j) {
     const Mat S = spaces_[j].real();
     const Vec x = S * (S.transpose() * complement(j, 1).col(0));
-    if (x.norm() > 1e-12) X_.col(j) = x.normalized();
+    if (x.norm() > vanished) X_.col(j) = x.normalized();
   }
 
   /// Maximises |det of [Re x, Im x] in the complement|: the leading eigenvectors of Sᴴ(u uᴴ - ū uᵀ)S, u = q₁
@@ -160,7 +162,7 @@ class Eigenvectors {
     const ComplexMat best = S * svd.matrixU().leftCols(tie ? 2 : 1);
     const ComplexVec old = X_.col(j).cast<Complex>() + Complex(0, 1) * X_.col(j + 1).cast<Complex>();
     ComplexVec x = best * (best.adjoint() * old);
-    if (x.norm() < 1e-12) x = best.col(0);
+    if (x.norm() < vanished) x = best.col(0);
     put(j, x.normalized());
   }
 
