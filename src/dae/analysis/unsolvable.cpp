@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <numeric>
+#include <unordered_set>
 
 #include "base/error.hpp"
 #include "dae/analysis/determinant_factors.hpp"
 #include "dae/model/parameter_values.hpp"
 #include "dae/points/completed_squares.hpp"
 #include "dae/points/interval_proof.hpp"
+#include "dae/points/repeated_factors.hpp"
 #include "dae/structure/balance.hpp"
 #include "dae/structure/blocks.hpp"
 #include "dae/structure/signature.hpp"
@@ -96,6 +98,15 @@ std::string why_unsolvable(const Model& m) {
       return text("equation ", m.label(i), "  ", m.equation_text(i), " is 0 = ", to_text(*squares),
                   ", which has one sign: where it holds its gradient vanishes, as that of C² = 0 does. Write "
                   "each squared term as an equation of its own");
+  std::unordered_set<Expr> bases;
+  for (const Variable& v : m.variables) bases.insert(v.leaf);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    if (const auto factors = repeated_factors(rows[i], bases); factors && factors->all)
+      return text(
+          "equation ", m.label(i), "  ", m.equation_text(i),
+          " has every factor more than once: the Jacobian is singular where the equations hold, since "
+          "the gradient of C² vanishes with C (write C = 0): 0 = ",
+          to_text(factors->square_free));
   if (rows.size() > most_together) return "";
   for (const Part& part : dulmage_mendelsohn(incidence(m), static_cast<int>(m.variables.size())).square)
     if (part.rows.size() > 1)

@@ -12,6 +12,7 @@
 #include "dae/points/array_points.hpp"
 #include "dae/points/derivative_array.hpp"
 #include "dae/points/generic_functions.hpp"
+#include "dae/points/repeated_factors.hpp"
 #include "dae/rank/modular.hpp"
 #include "dae/rank/rank_with_gap.hpp"
 #include "expr/generic/generic.hpp"
@@ -239,6 +240,14 @@ Determination determine_at_points(DerivativeArray array, const ArrayOptions& opt
 Determination determine(const std::vector<Expr>& residuals, const Model& m, const ArrayOptions& options) {
   if (!options.numeric && exactly_linear(residuals, m))
     return determine_exactly(DerivativeArray(residuals, m.variables), options);
+  std::unordered_set<Expr> bases;
+  for (const Variable& v : m.variables) bases.insert(v.leaf);
+  if (std::any_of(residuals.begin(), residuals.end(), [&](Expr row) { return is_power(row, bases); })) {
+    Determination d;
+    d.verdict = ArrayVerdict::singular;
+    d.tried = 0;
+    return d;
+  }
   return determine_at_points(DerivativeArray(without_calls(residuals), m.variables), options);
 }
 

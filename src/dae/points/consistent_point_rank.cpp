@@ -9,6 +9,7 @@
 #include "base/decompositions.hpp"
 #include "dae/points/array_points.hpp"
 #include "dae/points/generic_functions.hpp"
+#include "dae/points/repeated_factors.hpp"
 #include "dae/rank/rank_with_gap.hpp"
 #include "dae/rank/stable_values.hpp"
 #include "expr/graph/declaration.hpp"
@@ -57,6 +58,8 @@ ConsistentPointRank::ConsistentPointRank(const std::vector<Expr>& residuals, std
     }
   if (topological(rows_).size() > longest_differentiated) return;
   applies_ = true;
+  vanishes_twice_ =
+      std::any_of(residuals.begin(), residuals.end(), [&](Expr row) { return is_power(row, bases); });
   const auto equations = static_cast<std::ptrdiff_t>(rows_.size());
   slopes_.insert(slopes_.end(), nonzero.begin(), nonzero.end());
   rows_.insert(rows_.end(), slopes_.begin(), slopes_.end());
@@ -225,6 +228,10 @@ bool ConsistentPointRank::proves_index(const Mat& J) const {
 
 ConsistentPointRanks ConsistentPointRank::ranks(int wanted, int seeds) const {
   ConsistentPointRanks result;
+  if (vanishes_twice_) {
+    result.slow = 2;
+    return result;
+  }
   const std::vector<Expr> columns = unknowns_in(rows_, slopes_, variables_);
   const NumericArray numeric(rows_, columns);
   // integrals that nothing else contains are free as well, but no unknowns here: W′ = …, without W

@@ -133,9 +133,13 @@ std::string ConsistentState::ledger() const {
   };
   const bool consistent = std::all_of(constraints.begin(), constraints.end(),
                                       [&](const auto& c) { return beside_terms(c) < typed_accuracy; });
-  std::string out = text(consistent ? "consistent" : "inconsistent", " start at t = ", rounded(t), ": ", free,
+  std::string out = text(consistent ? "consistent" : "inconsistent", " start at t = ", rounded(t),
+                         free_is_bound ? ": at most " : ": ", free,
                          free == 1 ? " free initial value" : " free initial values", "\n");
   out += values_text(rows);
+  if (free_is_bound)
+    out +=
+        "the equations lose rank here, and second derivatives do not tell how many of these values are free\n";
   if (lost) out += lost_digits_text() + "\n";
   if (!moved.empty()) {
     out += "moved onto the constraints\n";

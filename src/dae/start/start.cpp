@@ -95,7 +95,8 @@ void fill_ledger(ConsistentState& at, const StartSystem& s, const Freedom& open)
     const Origin from = it != origin.end() ? it->second : open.chosen[j] ? Origin::chosen : Origin::computed;
     at.rows.push_back({s.unknowns[j], at.values.at(s.unknowns[j]), from});
   }
-  at.free = static_cast<int>(s.unknowns.size()) - open.rank_equations;
+  at.free = open.dimension;
+  at.free_is_bound = open.is_bound;
 }
 
 void fill_constraints(ConsistentState& at, const StartSystem& s, const Vec& w) {
@@ -222,15 +223,8 @@ static ConsistentStatePtr init_with_declared(const ModelPtr& model, const StartR
   }
 }
 
-ConsistentStatePtr init(const ModelPtr& model, const StartRequest& request) {
-  if (!request.declared.empty()) return init_with_declared(model, request);
-  if (ConsistentStatePtr at = explicit_start(model, request)) {
-    if (ConsistentStatePtr decided = start_on_signs(model, request, *at)) return decided;
-    return at;
-  }
-  if (const ModelPtr relative = sparse_relative(model)) return init_by(relative, model, request);
-  if (ConsistentStatePtr at = start_in_region(model, request)) return at;
-  const StartSystem s(model, request);
+/// Throws what explains why there is no solution.
+static StartSolution solved_start(const ModelPtr& model, const StartSystem& s) {
   StartSolution solution = solve_start(s);
   if (!solution.solved && !solution.defined) explain_undefined(model, s);
   if (!solution.solved && solution.stuck >= 0) explain_stuck(s, static_cast<std::size_t>(solution.stuck));
@@ -238,11 +232,19 @@ ConsistentStatePtr init(const ModelPtr& model, const StartRequest& request) {
     if (StartSolution other = solve_by_orders(model, s); other.solved) solution = std::move(other);
   if (!solution.solved)
     if (StartSolution other = solve_with_more_guesses(model, s); other.solved) solution = std::move(other);
-  if (!solution.solved && request.nearest) solution = nearest_start(s);
+  if (!solution.solved && s.request.nearest) solution = nearest_start(s);
   if (!solution.solved) explain_conflict(s, solution);
+  return solution;
+}
+
+static Freedom cleaned_freedom(const StartSystem& s, StartSolution& solution) {
   clean(s, solution.w, solution.slow);
   if (solution.slow) clean_double_root(s, solution.w);
-  const Freedom open = freedom(s, solution.w, solution.slow);
+  return freedom(s, solution.w, solution.slow);
+}
+
+static ConsistentStatePtr finished(const ModelPtr& model, const StartSystem& s, const StartSolution& solution,
+                                   const Freedom& open, const StartRequest& request) {
   if (!request.nearest && !solution.slow) require_regular_point(model, s, solution.w, open.count == 0);
   if (open.count > 0) explain_freedom(model, s, solution.w, open);
   auto at = std::make_shared<ConsistentState>();
@@ -262,6 +264,46 @@ ConsistentStatePtr init(const ModelPtr& model, const StartRequest& request) {
   if (!s.has_signs()) return at;
   if (ConsistentStatePtr decided = start_on_signs(model, request, *at)) return decided;
   return at;
+}
+
+/// At a point where the equations lose rank: the start by their square-free parts from there, if some have
+/// repeated factors. Nothing if none has, or they do not hold there.
+static ConsistentStatePtr start_without_repeated_factors(const ModelPtr& model, const StartSystem& s,
+                                                         const Vec& w, const StartRequest& request) {
+  constexpr double same = 1e-4;  // a double root is known to half of the digits, a triple one to a third
+  const ModelPtr simple = without_repeated_factors(model, request.parameters);
+  if (!simple) return nullptr;
+  const StartSystem other(simple, request);
+  const auto point = s.point(w);
+  Vec from = first_point(other, 0);
+  StartSolution solution =
+      gauss_newton(other, from);  // its steps tell whether the root is still a double one
+  for (Index j = 0; j < from.size(); ++j)
+    if (const auto it = point.find(other.unknowns[j]); it != point.end()) from[j] = it->second;
+  const Vec off = (solution.w - from).cwiseQuotient(other.unit + from.cwiseAbs());
+  if (!solution.solved || !(off.cwiseAbs().maxCoeff() < same)) solution = gauss_newton(other, from);
+  if (!solution.solved) return nullptr;
+  const Freedom open = cleaned_freedom(other, solution);
+  auto at = std::make_shared<ConsistentState>(*finished(simple, other, solution, open, request));
+  at->model = model;
+  at->values.insert(point.begin(), point.end());
+  return at;
+}
+
+ConsistentStatePtr init(const ModelPtr& model, const StartRequest& request) {
+  if (!request.declared.empty()) return init_with_declared(model, request);
+  if (ConsistentStatePtr at = explicit_start(model, request)) {
+    if (ConsistentStatePtr decided = start_on_signs(model, request, *at)) return decided;
+    return at;
+  }
+  if (const ModelPtr relative = sparse_relative(model)) return init_by(relative, model, request);
+  if (ConsistentStatePtr at = start_in_region(model, request)) return at;
+  const StartSystem s(model, request);
+  StartSolution solution = solved_start(model, s);
+  const Freedom open = cleaned_freedom(s, solution);
+  if (solution.slow || open.rank_equations < static_cast<int>(s.first_fix))
+    if (ConsistentStatePtr at = start_without_repeated_factors(model, s, solution.w, request)) return at;
+  return finished(model, s, solution, open, request);
 }
 
 }  // namespace pendula::dae

@@ -76,9 +76,10 @@ class ConsistentState {
   std::vector<LedgerRow> rows;
   std::vector<std::pair<Constraint, double>> constraints;  ///< with the residual at the start
   int free = 0;                                            ///< number of initial values that could be chosen
-  std::vector<Moved> moved;                                ///< by `nearest`
-  std::optional<LostDigits> lost;                          ///< small models only
-  StartRequest request;                                    ///< what it was made from
+  bool free_is_bound = false;  ///< an upper bound, where the equations lose rank and derivatives do not tell
+  std::vector<Moved> moved;    ///< by `nearest`
+  std::optional<LostDigits> lost;  ///< small models only
+  StartRequest request;            ///< what it was made from
 
   /// The value of an expression in the symbols of this model or a relative. Throws
   /// Error naming what has no value.

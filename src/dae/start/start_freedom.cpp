@@ -406,18 +406,22 @@ static bool has_regular_blocks(const StartSystem& s, const Vec& w, Mat J) {
   return solve_by_blocks(J, Vec::Ones(J.rows())).has_value();
 }
 
-Freedom freedom(const StartSystem& s, const Vec& w, bool slow) {
+static Freedom first_order_freedom(const StartSystem& s, const Vec& w, bool slow) {
   Sparse J = s.jacobian(w);
   for (Index k = 0; k < J.nonZeros(); ++k)  // √x at a fixed 0: only the occurrence of x matters
     if (!std::isfinite(J.valuePtr()[k])) J.valuePtr()[k] = 1;
-  if (w.size() <= dense_up_to && !slow) {
-    Freedom f = small_freedom(s, Mat(J), independent_row);
-    const bool open =
-        f.count > 0 || std::find(f.redundant.begin(), f.redundant.end(), 1) != f.redundant.end();
-    return open && has_regular_blocks(s, w, Mat(J)) ? regular_freedom(s) : f;
-  }
-  return w.size() <= dense_up_to ? small_freedom(s, Mat(J), independent_at_double_root)
-                                 : sparse_freedom(s, J);
+  if (w.size() > dense_up_to) return sparse_freedom(s, J);
+  if (slow) return small_freedom(s, Mat(J), independent_at_double_root);
+  Freedom f = small_freedom(s, Mat(J), independent_row);
+  const bool open = f.count > 0 || std::find(f.redundant.begin(), f.redundant.end(), 1) != f.redundant.end();
+  return open && has_regular_blocks(s, w, Mat(J)) ? regular_freedom(s) : f;
+}
+
+Freedom freedom(const StartSystem& s, const Vec& w, bool slow) {
+  Freedom f = first_order_freedom(s, w, slow);
+  f.dimension = static_cast<int>(w.size()) - f.rank_equations;
+  refine_by_curvature(s, w, slow ? independent_at_double_root : independent_row, f);
+  return f;
 }
 
 }  // namespace pendula::dae

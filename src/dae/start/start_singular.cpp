@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <unordered_set>
 
 #include "base/decompositions.hpp"
 #include "base/epsilon.hpp"
@@ -13,6 +14,7 @@
 #include "dae/model/make_model.hpp"
 #include "dae/points/array_points.hpp"
 #include "dae/points/derivative_array.hpp"
+#include "dae/points/repeated_factors.hpp"
 #include "dae/rank/rank.hpp"
 #include "dae/rank/rank_with_gap.hpp"
 #include "dae/reduce/reduce.hpp"
@@ -131,18 +133,24 @@ SmoothContinuation smooth_continuation(const StartSystem& s, const Vec& w) {
   return {};
 }
 
-/// The equations multiplied by their denominators; empty if that is not possible.
-ModelPtr without_denominators(const ModelPtr& model) {
+/// The model with 0 = change(residual) for its equations; nothing for a residual leaves an equation as it is.
+template <class Change>
+ModelPtr with_residuals(const ModelPtr& model, Change change) {
   ModelOptions options = child_of(model);
   declare_unknowns(options, *model);
-  std::vector<Block> blocks;
-  auto residual = model->residuals.begin();
-  for (const Block& b : model->blocks) {
-    Block own{VecX::Zero(b.lhs.size()), VecX::Zero(b.lhs.size()), b.note, b.rewritten};
-    for (Index row = 0; row < b.lhs.size(); ++row) own.rhs[row] = quotient_of(*residual++).numerator;
-    blocks.push_back(std::move(own));
-  }
+  std::vector<Block> blocks = model->blocks;
+  for (std::size_t i = 0; i < model->residuals.size(); ++i)
+    if (const std::optional<Expr> residual = change(model->residuals[i])) {
+      const auto [block, row] = model->origin[i];
+      blocks[block].lhs[row] = 0;
+      blocks[block].rhs[row] = *residual;
+    }
   return make_model(std::move(blocks), std::move(options));
+}
+
+/// The equations multiplied by their denominators; an error if that is not possible.
+ModelPtr without_denominators(const ModelPtr& model) {
+  return with_residuals(model, [](Expr residual) { return std::optional(quotient_of(residual).numerator); });
 }
 
 }  // namespace
@@ -156,6 +164,28 @@ std::string smooth_values(const ModelPtr& model, const StartRequest& request) {
     return at.solved ? smooth_continuation(s, at.w).text : "";
   } catch (const UserFacing&) {
     return "";
+  }
+}
+
+ModelPtr without_repeated_factors(const ModelPtr& model, const ParameterValues& parameters) {
+  constexpr std::size_t most = 60;
+  if (model->residuals.size() > most) return nullptr;
+  std::unordered_set<Expr> bases;
+  for (const Variable& v : model->variables) bases.insert(v.leaf);
+  Substitution values(model->values.begin(), model->values.end());
+  for (const auto& [parameter, value] : parameters) values[parameter] = value;
+  bool repeated = false;
+  const auto square_free = [&](Expr residual) -> std::optional<Expr> {
+    const auto factors = repeated_factors(substitute(residual, values), bases);
+    if (!factors) return {};
+    repeated = true;
+    return factors->square_free;
+  };
+  try {
+    const ModelPtr simple = with_residuals(model, square_free);
+    return repeated && analyse(*simple).regular ? simple : nullptr;
+  } catch (const UserFacing&) {  // an equation that is no longer there
+    return nullptr;
   }
 }
 

@@ -166,11 +166,20 @@ struct Freedom {
   std::vector<Eigen::Index> recommended;  ///< a choice of them that determines everything
   std::vector<char> chosen;               ///< by unknown: free, and covered by a guess
   int count = 0;                          ///< how many initial values are still to be chosen
+  int dimension = 0;      ///< of the solutions of the equations near the point: how many values are free
+  bool is_bound = false;  ///< only an upper bound of it is known, and of the fixes that are not redundant
 };
 /// `slow`: the point is known to half of the digits only, and so is the rank.
 Freedom freedom(const StartSystem& s, const Vec& w, bool slow = false);
+/// Where the Jacobian loses rank, by equations or fixes: what second derivatives tell of the solutions
+/// nearby. docs/derivations.md#start. Cost: two Jacobians for each direction of a null space.
+void refine_by_curvature(const StartSystem& s, const Vec& w, double threshold, Freedom& f);
 /// The same by sparse elimination, for large systems; without `undetermined`.
 Freedom sparse_freedom(const StartSystem& s, const Eigen::SparseMatrix<double>& J);
+
+/// The model with every factor of its equations once, at values of its parameters; nothing if none is
+/// repeated.
+ModelPtr without_repeated_factors(const ModelPtr& model, const ParameterValues& parameters);
 
 /// Errors. What each says: start_errors.cpp, start_conflict.cpp.
 [[noreturn]] void explain_undefined(const ModelPtr& model, const StartSystem& s);
