@@ -89,6 +89,8 @@ NumericArray::NumericArray(const DerivativeArray& array, Units units)
       first_(array.first().size()),
       equations_(array.equations()) {
   prepare();
+  measure_time(
+      std::vector<Expr>(outputs_.begin(), outputs_.begin() + static_cast<std::ptrdiff_t>(equations_)));
   measure(units, known(0));
 }
 
@@ -102,6 +104,8 @@ NumericArray::NumericArray(std::vector<Expr> rows, std::vector<Expr> columns, Un
       first_(0),
       equations_(rows_) {
   prepare();
+  if (!others)
+    measure_time(std::vector<Expr>(outputs_.begin(), outputs_.begin() + static_cast<std::ptrdiff_t>(rows_)));
   measure(units, others ? *others : known(0));
 }
 
@@ -126,6 +130,20 @@ void NumericArray::prepare() {
     if (!unknown.count(leaf) && symbol_of(leaf).kind != Kind::constant) others_.push_back(leaf);
   unit_ = Vec::Ones(static_cast<Index>(columns_.size()));
   row_unit_ = Vec::Ones(static_cast<Index>(rows_));
+}
+
+void NumericArray::measure_time(const std::vector<Expr>& equations) {
+  constexpr double usual = 300;
+  const Expr t = time_symbol();
+  if (equations.size() > most_measured || std::find(others_.begin(), others_.end(), t) == others_.end())
+    return;
+  std::vector<Expr> unknowns = columns_;
+  unknowns.push_back(t);
+  auto others = known(0);
+  others.erase(t);
+  const double size =
+      magnitudes(equations, equations.size(), unknowns, others, {}).unknowns[std::ssize(columns_)];
+  time_unit_ = size < usual && size > 1 / usual ? 1 : size;
 }
 
 /// Determines units, but only if the model has sizes far from 1, like nanometres or pascals. Long rows, such
@@ -184,7 +202,8 @@ std::unordered_map<Expr, double> NumericArray::known(int seed) const {
     const Symbol& s = symbol_of(leaf);
     std::mt19937_64 random(std::hash<std::string>()(s.name) * 31 +
                            static_cast<unsigned>(s.order * 7919 + seed));
-    values[leaf] = std::uniform_real_distribution<double>(0.5, 1.5)(random);
+    values[leaf] =
+        (leaf == time_symbol() ? time_unit_ : 1) * std::uniform_real_distribution<double>(0.5, 1.5)(random);
   }
   return values;
 }

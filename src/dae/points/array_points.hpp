@@ -48,6 +48,10 @@ class NumericArray {
   /// The same unknowns in another order.
   NumericArray with_columns(std::vector<Expr> order) const;
 
+  /// Takes the size of t from these equations: those of the array at values of their parameters. 1, unless a
+  /// row tells a size far from it, as cos(t/T) does.
+  void measure_time(const std::vector<Expr>& equations);
+
   /// Values for t, inputs, parameters without value: drawn from the seed and the name, the same for every k.
   std::unordered_map<Expr, double> known(int seed) const;
 
@@ -84,6 +88,7 @@ class NumericArray {
   std::vector<Entry> entries_;
   Vec unit_, row_unit_;
   std::size_t rows_, states_, first_, equations_;
+  double time_unit_ = 1;
   bool linear_ = false;                         ///< in the columns
   mutable std::optional<Evaluator> evaluator_;  ///< of outputs_, made when it is needed
 };

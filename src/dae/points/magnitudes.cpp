@@ -64,6 +64,7 @@ struct SizeEquations::Parts {
   std::vector<std::vector<Form>> rows;  ///< their terms
   std::vector<Terms> sums;
   std::vector<char> has_size;  ///< by leaf
+  std::vector<int> orders;     ///< of the unknowns, as derivatives
   LeastAbsolute least;
   Index unknowns = 0;
 };
@@ -273,6 +274,26 @@ double row_unit(const std::vector<Form>& terms, const std::vector<double>& const
   return std::isfinite(largest) ? std::exp(largest) : 1;
 }
 
+/// In a long chain small contradictions add up to meaningless sizes. In units of nanoseconds a derivative of
+/// order 5 is 10⁴⁵ times its unknown, and right: each of its orders may be as large as the range of unknowns.
+bool is_credible(const Vec& log_unit, const std::vector<int>& orders) {
+  constexpr double widest = 80;
+  double least = INFINITY, most = -INFINITY;
+  for (Index j = 0; j < log_unit.size(); ++j) {
+    if (orders[j] > 1) continue;
+    least = std::min(least, log_unit[j]);
+    most = std::max(most, log_unit[j]);
+  }
+  if (!(most - least <= widest)) return false;
+  for (Index j = 0; j < log_unit.size(); ++j) {
+    const double slack = orders[j] > 1 ? (orders[j] - 1) * std::max(widest / 4, most - least) : 0;
+    if (log_unit[j] < std::min(least, most - widest) - slack ||
+        log_unit[j] > std::max(most, least + widest) + slack)
+      return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 SizeEquations::SizeEquations(const std::vector<Expr>& rows, std::size_t equations,
@@ -281,6 +302,7 @@ SizeEquations::SizeEquations(const std::vector<Expr>& rows, std::size_t equation
     : parts_(std::make_unique<Parts>()) {
   Builder(unknowns, leaves, values, *parts_).visit(rows, equations);
   for (double value : values) parts_->has_size.push_back(has_size(value));
+  for (Expr leaf : unknowns) parts_->orders.push_back(symbol_of(leaf).order);
   parts_->unknowns = static_cast<Index>(unknowns.size());
   for (const Form& e : parts_->equations) parts_->least.add(e.slope);
   parts_->least.finish(parts_->unknowns);
@@ -303,8 +325,7 @@ std::optional<Magnitudes> SizeEquations::operator()(std::span<const double> valu
   std::vector<double> right_sides;
   for (const Form& e : p.equations) right_sides.push_back(-p.constants.value[e.constant]);
   Vec log_unit = p.least(right_sides, singles);
-  constexpr double credible = 80;  // in a long chain small contradictions add up to meaningless sizes
-  if (n > 0 && log_unit.maxCoeff() - log_unit.minCoeff() > credible) {
+  if (n > 0 && !is_credible(log_unit, p.orders)) {
     constexpr double pull = 0.1;  // weight of "this unit is 1" beside an equation's 1
     for (Index j = 0; j < n; ++j) singles.push_back({j, 0, pull});
     log_unit = p.least(right_sides, singles);

@@ -5,6 +5,7 @@
 #include "dae/index/differentiation_index.hpp"
 #include "dae/model/forms.hpp"
 #include "dae/model/lineage.hpp"
+#include "dae/model/parameter_values.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -33,6 +34,7 @@ class StagedPoints {
     DerivativeArray array(m.residuals, m.variables);
     for (int k = 0; k <= order; ++k) {
       stages_.emplace_back(array);
+      if (!m.values.empty()) stages_.back().measure_time(residuals_at_values(m));
       if (k < order) array.extend();
     }
   }
@@ -62,7 +64,9 @@ class StagedPoints {
 ArrayEquations::ArrayEquations(const Model& m, int order) : array(m.residuals, m.variables) {
   for (int k = 0; k < order; ++k) array.extend();
   columns = array.columns();
-  if (columns.size() <= most_columns) numeric.emplace(array);
+  if (columns.size() > most_columns) return;
+  numeric.emplace(array);
+  if (!m.values.empty()) numeric->measure_time(residuals_at_values(m));
 }
 
 std::optional<ArrayPoint> regular_point(const Model& m, const ArrayEquationsPtr& equations,

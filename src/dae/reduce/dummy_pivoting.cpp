@@ -19,6 +19,7 @@
 #include "dae/model/parameter_values.hpp"
 #include "dae/points/array_points.hpp"
 #include "dae/rank/rank.hpp"
+#include "dae/rank/rank_with_gap.hpp"
 #include "dae/reduce/reduced_forms.hpp"
 #include "expr/graph/declaration.hpp"
 
@@ -104,7 +105,9 @@ std::vector<Index> independent_columns(const Component& part) {
   if (part.columns.empty()) return {};
   if (part.rows.size() <= dense_up_to) {
     const Mat G = matrix(part.rows, part.columns);
-    const Eigen::ColPivHouseholderQR<Mat> qr(G);
+    Eigen::ColPivHouseholderQR<Mat> qr(G);
+    if (qr.rank() < G.rows())  // x″ behind x′ = v has no unit of its own, and takes that of x′
+      if (const Eigen::ColPivHouseholderQR<Mat> other(balance(G)(G)); other.rank() > qr.rank()) qr = other;
     std::vector<Index> chosen;
     for (Index k = 0; k < std::min<Index>(qr.rank(), G.rows()); ++k)
       chosen.push_back(part.columns[qr.colsPermutation().indices()[k]]);

@@ -8,6 +8,8 @@
 #include "dae/index/differentiation_index.hpp"
 #include "dae/model/first_order.hpp"
 #include "dae/model/lineage.hpp"
+#include "dae/model/model_key.hpp"
+#include "dae/model/solved_rows.hpp"
 #include "dae/structure/variable_levels.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
@@ -324,12 +326,47 @@ static void refuse_calls(const std::vector<ModelEvent>& events) {
           "sensitivities do not follow through events that call; use reset = { … } or action = \"stop\"");
 }
 
+/// What x′ = f has divided by, where only parameters decide whether that is 0.
+static std::vector<dae::Solved> parametric_rows(const dae::ModelPtr& model) {
+  static dae::PerModel<std::shared_ptr<const std::vector<dae::Solved>>> known;
+  return *known.of(model, [&] {
+    auto rows = std::make_shared<std::vector<dae::Solved>>();
+    if (dae::shared_first_order(model)->semi_explicit)
+      for (const dae::Solved& row : dae::solved_rows(*model))
+        if (const auto inside = leaves({&row.slope, 1});
+            !inside.empty() && std::all_of(inside.begin(), inside.end(),
+                                           [](Expr leaf) { return symbol_of(leaf).kind == Kind::parameter; }))
+          rows->push_back(row);
+    return std::shared_ptr<const std::vector<dae::Solved>>(rows);
+  });
+}
+
+/// Rejects ε z′ = f at ε = 0: z is no state there.
+static void require_leading_coefficients(const dae::ModelPtr& model, const Simulation& simulation) {
+  for (const dae::Solved& row : parametric_rows(model)) {
+    std::unordered_map<Expr, double> values;
+    std::vector<std::string> words;
+    for (Expr p : leaves({&row.slope, 1})) {
+      values[p] = parameter_value(p, *model, simulation);
+      words.push_back(text(to_text(p), " = ", rounded(values[p])));
+    }
+    if (evaluate({&row.slope, 1}, values)[0] != 0) continue;
+    throw Error(text("with ", join(words, ", "), " the equation ", model->label(row.residual), "  ",
+                     model->equation_text(row.residual), " does not contain ", to_text(row.derivative),
+                     " (its factor ", to_text(row.slope), " is 0): there ",
+                     to_text(symbol_of(row.derivative).base),
+                     " is no state. Integrate the form of that case: sys:with{ ", join(words, ", "),
+                     " }:reduce():integrate{…}"));
+  }
+}
+
 ProblemSetup set_up_problem(const dae::ModelPtr& model, const Simulation& simulation) {
   if (!simulation.sensitivities.empty()) refuse_calls(simulation.events);
   const PreparationPtr all = prepared(model, simulation);
   Vec parameters(static_cast<Eigen::Index>(all->form.p.size()));
   for (std::size_t i = 0; i < all->form.p.size(); ++i)
     parameters[i] = parameter_value(all->form.p[i], *model, simulation);
+  require_leading_coefficients(model, simulation);
   std::vector<Problem::Input> inputs;
   for (Expr u : all->form.u) inputs.push_back(input_of(u, simulation));
   if (!all->serves(parameters)) complete(*all, parameters, simulation);
