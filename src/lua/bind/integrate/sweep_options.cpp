@@ -172,7 +172,8 @@ class Reader {
       const Options options = call_.options(2);
       try {
         request_.simulation = read_simulation(call_, options, model_);
-        require_rows(*request_.simulation.start, model_);
+        // form "array" may need other rows at this start: then all runs begin with those
+        request_.model = model_ = request_.simulation.start->model;
         return;
       } catch (const UserFacing&) {
         if (!first) first = std::current_exception();
