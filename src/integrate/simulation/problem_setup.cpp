@@ -351,9 +351,9 @@ static void require_leading_coefficients(const dae::ModelPtr& model, const Simul
       words.push_back(text(to_text(p), " = ", rounded(values[p])));
     }
     if (evaluate({&row.slope, 1}, values)[0] != 0) continue;
-    throw Error(text("with ", join(words, ", "), " the equation ", model->label(row.residual), "  ",
-                     model->equation_text(row.residual), " does not contain ", to_text(row.derivative),
-                     " (its factor ", to_text(row.slope), " is 0): there ",
+    throw Error(text(to_text(row.derivative), " is not finite there: with ", join(words, ", "),
+                     " the equation ", model->label(row.residual), "  ", model->equation_text(row.residual),
+                     " does not contain it (its factor ", to_text(row.slope), " is 0), and ",
                      to_text(symbol_of(row.derivative).base),
                      " is no state. Integrate the form of that case: sys:with{ ", join(words, ", "),
                      " }:reduce():integrate{…}"));
