@@ -72,7 +72,7 @@ class ConsistentPointRank {
   int size_;
   Offsets offsets_;
   bool applies_ = false;
-  bool vanishes_twice_ = false;  ///< an equation is C² = 0
+  bool vanishes_twice_ = false;                  ///< an equation is C² = 0
   std::vector<Expr> variables_, rows_, slopes_;  ///< slopes: entries of J, then what must not vanish
   std::vector<int> orders_;                      ///< of the variables: the highest derivative that occurs
   std::vector<std::size_t> as_written_;          ///< rows that are not derivatives
