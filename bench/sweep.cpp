@@ -12,6 +12,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <map>
+#include <optional>
 #include <string>
 
 #include <benchmark/benchmark.h>
@@ -122,12 +123,14 @@ std::map<std::string, std::map<int, double>>& seconds() {
 class Ends : public EnsembleClient {
  public:
   explicit Ends(const Case& c) : c_(c) {}
-  int next(double* x, double* p) override {
-    if (next_ == sets) return -1;
+  std::optional<int> next(double* x, double* p) override {
+    if (next_ == sets) return {};
     std::copy(c_.start.begin(), c_.start.end(), x), p[0] = parameter(c_, next_);
     return next_++;
   }
-  void point(int, int, double, const double* x, const double*, const double*) override { sum += x[0]; }
+  void point(int, std::optional<int>, double, const double* x, const double*, const double*) override {
+    sum += x[0];
+  }
   void finished(int, const Stats& stats) override { steps += stats.steps; }
   void abandoned(int) override { std::abort(); }
   double sum = 0;

@@ -85,7 +85,7 @@ class Search {
       rescale();
       const Steps steps(at_, D_, options_.accuracy);
       out_.angle = at_.value > 0 ? std::sqrt(steps.promise() / at_.value) : 0;
-      if (radius_ < 0) radius_ = 10 * std::max(size(out_.theta), at_.q.norm());
+      if (!radius_) radius_ = 10 * std::max(size(out_.theta), at_.q.norm());
       if (options_.is_known && options_.is_known(out_.theta, D_))
         goes_on = end(Ending::known);
       else if (steps.promise() == 0)
@@ -119,7 +119,7 @@ class Search {
                           steps.length(0) <= last_digits * size(out_.theta);
     bool refused = false;
     for (;;) {
-      const double lambda = settling ? 0 : steps.damping(radius_);
+      const double lambda = settling ? 0 : steps.damping(*radius_);
       const Vec p = steps.step(lambda);
       const double length = size(p), whole = size(out_.theta);
       if (learns() && (settling || !(length > 1e-15 * whole))) return forget_curvature();
@@ -135,7 +135,7 @@ class Search {
       const double promise = steps.promise(lambda);  // 0 where it underflows
       const double gain = defined && promise > 0 ? (at_.value - next->value) / promise : -1;
       refused = !defined;
-      radius_ = gain < 0.25 ? 0.25 * length : gain > 0.75 ? std::max(radius_, 3 * length) : radius_;
+      radius_ = gain < 0.25 ? 0.25 * length : gain > 0.75 ? std::max(*radius_, 3 * length) : *radius_;
       if (gain > 1e-4) return accept(there, length, std::move(*next));
     }
   }
@@ -182,7 +182,7 @@ class Search {
     if (auto fresh = V_(out_.theta)) at_ = std::move(*fresh);
     slow_ = 0;
     last_ = std::numeric_limits<double>::infinity();
-    radius_ = std::max(radius_, 1e-3 * size(out_.theta));
+    radius_ = std::max(*radius_, 1e-3 * size(out_.theta));
     ++forgotten_;
     return true;
   }
@@ -193,7 +193,7 @@ class Search {
   Minimum out_;
   QuadraticModel at_;
   Vec D_;
-  double radius_ = -1;                                     // Δ
+  std::optional<double> radius_;                           // Δ
   double last_ = std::numeric_limits<double>::infinity();  // length of the last accepted step
   int forgotten_ = 0;
   int slow_ = 0;  // consecutive accepted steps that hardly shrank

@@ -260,8 +260,10 @@ void analyse(const NumericFunction& f, GaussNewtonRun& run) {
       const Vec eigenvalues = relative.eigenvalues().real();  // real: S symmetric, JᵀJ positive definite
       run.curvature = 1 + eigenvalues.minCoeff();
       const double alpha = run.alpha.back();
-      for (double e : eigenvalues) run.predicted = std::max(run.predicted, std::fabs(1 - alpha * (1 + e)));
-      if (run.lambda.back() > 0) run.predicted = -1;
+      if (!(run.lambda.back() > 0))
+        for (double e : eigenvalues)
+          if (const double part = std::fabs(1 - alpha * (1 + e)); part >= run.predicted.value_or(0))
+            run.predicted = part;
       if (run.curvature > 0.01) root = polished(f, root);
     }
   }
@@ -271,7 +273,7 @@ void analyse(const NumericFunction& f, GaussNewtonRun& run) {
   double largest = 0;
   for (const Vec& x : run.x) largest = std::max(largest, x.norm());
   const double noise = 4 * eps * largest + (inverse_by_lu(JtJ).cwiseAbs() * gradient_noise).norm();
-  run.observed = observe(run.x, root, noise, run.predicted > linear_in_the_end);
+  run.observed = observe(run.x, root, noise, run.predicted.value_or(0) > linear_in_the_end);
 }
 
 }  // namespace

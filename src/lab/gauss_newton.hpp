@@ -8,6 +8,7 @@
 // Squares Problems, 1996, §9.2.1). docs/derivations.md#newton.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -54,8 +55,8 @@ struct GaussNewtonRun {
   double variance = 0;      ///< σ² = ‖R‖²/(m - rank); 0 without redundancy (m = rank)
   Mat covariance;           ///< σ²(JᵀJ)⁻¹; empty if J is rank-deficient or m = n
   bool exact_data = false;  ///< ‖R‖ is rounding: σ² means nothing
-  double predicted = -1;    ///< spectral radius of I - α (JᵀJ)⁻¹(JᵀJ + S); -1: not known
-  double curvature = 0;     ///< smallest eigenvalue of the exact Hessian, scaled by JᵀJ; 0: not known
+  std::optional<double> predicted;  ///< spectral radius of I - α (JᵀJ)⁻¹(JᵀJ + S), where known
+  double curvature = 0;  ///< smallest eigenvalue of the exact Hessian, scaled by JᵀJ; 0: not known
   Observed observed;
   std::string verdict;
 

@@ -88,8 +88,8 @@ std::string parameters_text(const NumericFunction& f, const GaussNewtonRun& run)
 std::string rate_text(const GaussNewtonRun& run) {
   const Observed& seen = run.observed;
   std::string order = seen.order > 0 ? ", observed order " + printed("%.*f", 2, seen.order) : "";
-  if (run.predicted < 0) return text("Converged", order, ".");
-  const double neglected = run.predicted;
+  if (!run.predicted) return text("Converged", order, ".");
+  const double neglected = *run.predicted;
   if (run.alpha.back() < 1 && neglected > 1e-3)
     return text("Converged linearly", seen.rate > 0 ? text(": ‖e₊‖ ≈ ", rounded(seen.rate, 3), " ‖e‖") : "",
                 "; damping and the neglected term predict ", rounded(neglected, 3),

@@ -11,6 +11,7 @@
 // radius of that matrix: 1 - α for exact Jacobians, 0 for exact full steps, which leaves ‖e₊‖ ≤ c ‖e‖².
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -55,9 +56,9 @@ struct NewtonRun {
   std::string explanation;  ///< of Ending::undefined: which part of which equation
 
   // ── filled by judge() ──
-  Observed observed;      ///< errors, order and rate where x⋆ is known
-  double predicted = -1;  ///< spectral radius of I - α M⁻¹ J at the root; -1: not known
-  double condition = 0;   ///< of the scaled ∂r/∂x at the root
+  Observed observed;                ///< errors, order and rate where x⋆ is known
+  std::optional<double> predicted;  ///< spectral radius of I - α M⁻¹ J at the root, where known
+  double condition = 0;             ///< of the scaled ∂r/∂x at the root
   bool singular_root = false;
   std::string verdict;  ///< in words
 

@@ -51,7 +51,7 @@ class Words {
 
   std::string converged(const Mat& at_start, const Mat& J) const {
     if (run_.singular_root) return singular_root_words();
-    if (run_.predicted > visibly_linear) return linear_words();
+    if (run_.predicted.value_or(0) > visibly_linear) return linear_words();
     const bool exact = settings_.jacobian == JacobianKind::exact;
     const std::string conditions =
         text(exact ? "the Jacobian is exact" : "the " + jacobian_words() + " is very nearly exact",
@@ -133,7 +133,7 @@ class Words {
   std::string linear_words() const {
     const std::string observed =
         text("Converged linearly: ‖e₊‖ ≈ ",
-             rounded(run_.observed.rate > 0 ? run_.observed.rate : run_.predicted, 3), " ‖e‖, because ");
+             rounded(run_.observed.rate > 0 ? run_.observed.rate : *run_.predicted, 3), " ‖e‖, because ");
     const double alpha = run_.alpha.back();
     if (settings_.jacobian == JacobianKind::exact)
       return text(observed, "α = ", rounded(alpha, 6),
@@ -144,7 +144,7 @@ class Words {
                                                                           : "a coarse difference quotient";
     return text(observed, "the Jacobian M is ", whose,
                 alpha < 1 ? text(" and α = ", rounded(alpha, 6), " < 1") : "",
-                ": the rate is the spectral radius of I - α M⁻¹ ∂r/∂x, ", rounded(run_.predicted, 3),
+                ": the rate is the spectral radius of I - α M⁻¹ ∂r/∂x, ", rounded(*run_.predicted, 3),
                 " at the solution. The exact Jacobian with α = 1 would converge quadratically.");
   }
 
@@ -297,7 +297,7 @@ class Judge {
   }
 
   void measure(const Mat& J) {
-    const bool linear = run_.singular_root || run_.predicted > visibly_linear;
+    const bool linear = run_.singular_root || run_.predicted.value_or(0) > visibly_linear;
     double noise = 4 * eps * root_.norm();
     if (run_.singular_root)  // the extrapolated x⋆ is not better than the last iterates
       noise = 5 * (run_.x.back() - root_).norm() / above_noise;

@@ -1,6 +1,7 @@
 // Time responses of systems with delays by the method of steps.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
@@ -108,7 +109,7 @@ class MethodOfSteps {
   }
 
   void factor(double h) {
-    if (std::abs(h - factored_) <= 1e-14 * h) return;
+    if (factored_ && std::abs(h - *factored_) <= 1e-14 * h) return;
     const Index n = A_.rows();
     Mat M = Mat::Identity(n * stages, n * stages);
     for (Index i = 0; i < stages; ++i)
@@ -124,7 +125,7 @@ class MethodOfSteps {
   Vec x_;
   std::vector<Panel> panels_;
   Eigen::PartialPivLU<Mat> lu_;
-  double factored_ = -1;
+  std::optional<double> factored_;
 };
 
 /// Times up to `end` at which a discontinuity of u can arrive: sums of delays.

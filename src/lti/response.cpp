@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "base/counted.hpp"
 #include "base/decompositions.hpp"
@@ -54,7 +55,7 @@ class Hold {
   Hold(const Numbers& s, bool linear) : s_(s), linear_(linear) {}
   Vec operator()(const Vec& x, const Vec& u0, const Vec& u1, double h) {
     if (s_.Ts > 0) return s_.A * x + s_.B * u0;
-    if (!(std::fabs(h - h_) <= same_step * h)) prepare(h);
+    if (!h_ || !(std::fabs(h - *h_) <= same_step * h)) prepare(h);
     Vec next = Phi_ * x + G1_ * u0;
     if (linear_) next += G2_ * (u1 - u0);
     return next;
@@ -75,7 +76,7 @@ class Hold {
   }
   const Numbers& s_;
   bool linear_;
-  double h_ = -1;
+  std::optional<double> h_;
   Mat Phi_, G1_, G2_;
 };
 
@@ -86,7 +87,7 @@ class Quadrature {
  public:
   explicit Quadrature(const Numbers& s) : s_(s) {}
   Vec operator()(Vec x, const std::function<Vec(double)>& u, double t, double h) {
-    if (!(std::fabs(h - h_) <= same_step * h)) prepare(h);
+    if (!h_ || !(std::fabs(h - *h_) <= same_step * h)) prepare(h);
     const double piece = h / pieces_;
     for (int k = 0; k < pieces_; ++k) {
       x = Phi_ * x;
@@ -126,7 +127,7 @@ class Quadrature {
   static constexpr std::array<double, 5> nodes = {0.046910077030668004, 0.23076534494715845, 0.5,
                                                   0.76923465505284155, 0.95308992296933200};
   const Numbers& s_;
-  double h_ = -1;
+  std::optional<double> h_;
   int pieces_ = 1;
   Mat Phi_;
   std::array<Mat, 5> weight_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/error.hpp"
 #include "method/order_conditions.hpp"
@@ -41,8 +42,7 @@ bool is_algebraically_stable(const Tableau& rk) {
   return true;
 }
 
-DaeOrders dae_orders(const Tableau& rk, const Stability& stability) {
-  DaeOrders orders;
+std::optional<DaeOrders> dae_orders(const Tableau& rk, const Stability& stability) {
   const Coefficients& c = rk.coefficients();
   const auto [B, C, D] = simplifying_assumptions(c, c.b);
   const int p = rk.order(), q = std::min(C, B), r = D;
@@ -53,10 +53,11 @@ DaeOrders dae_orders(const Tableau& rk, const Stability& stability) {
   const bool first_explicit = rk.starts_explicit();
   bool solvable = degree(stability.Q()) == rk.stages();  // det A ≠ 0
   if (first_explicit) solvable = stiff && !rk.is_explicit() && degree(stability.Q()) == rk.stages() - 1;
-  if (!solvable) return orders;
+  if (!solvable) return {};
+  DaeOrders orders;
   orders.x1 = p;
   orders.z1 = stiff ? p : inside || minus_one ? std::min(p, q + 1) : one ? std::min(p, q) : 0;
-  if (!stiff && !inside && !minus_one && !one) return {p, 0, 0, 0, 0, 0, 0};
+  if (!stiff && !inside && !minus_one && !one) return orders;
   if (stiff) {
     orders.x2 = std::min({p, 2 * q, q + r + 1});
     orders.z2 = one ? q - 1 : q;

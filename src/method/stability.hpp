@@ -9,6 +9,7 @@
 #pragma once
 
 #include <complex>
+#include <optional>
 #include <string>
 
 #include "method/exact/polynomial.hpp"
@@ -63,13 +64,13 @@ class Stability {
 bool is_algebraically_stable(const Tableau& rk);
 
 /// The orders to expect on DAEs in Hessenberg form, solved as they stand; 0: no convergence in
-/// general, -1: the method cannot be applied. Index 1: §VI.1, Thm 1.1; index 2: §VII.4, Table
-/// 4.1; index 3: Jay, BIT 33, 1993.
+/// general. Index 1: §VI.1, Thm 1.1; index 2: §VII.4, Table 4.1; index 3: Jay, BIT 33, 1993.
 struct DaeOrders {
-  int x1 = -1, z1 = -1;  ///< index 1, z from the stages; with z re-solved at the mesh points both are p
-  int x2 = -1, z2 = -1;  ///< index 2
-  int x3 = -1, v3 = -1, z3 = -1;  ///< index 3: positions, velocities, multipliers
+  int x1 = 0, z1 = 0;          ///< index 1, z from the stages; with z re-solved at the mesh points both are p
+  int x2 = 0, z2 = 0;          ///< index 2
+  int x3 = 0, v3 = 0, z3 = 0;  ///< index 3: positions, velocities, multipliers
 };
-DaeOrders dae_orders(const Tableau& rk, const Stability& stability);
+/// Nothing where the method cannot be applied.
+std::optional<DaeOrders> dae_orders(const Tableau& rk, const Stability& stability);
 
 }  // namespace pendula::integrate

@@ -51,12 +51,12 @@ StepRules::StepRules(const Tableau& rk) : stability_limit(negative_limit(rk)), f
   slowest = control_order < 7 ? 0.2 : 1.0 / 3;
   fastest = control_order < 7 ? 10 : 6;
   settled_fastest = rk.bhat2() ? 3 : fastest;
-  for (int i = rk.stages() - 1 - (fsal ? 1 : 0); i > 0 && stiff_stage < 0; --i)
+  for (int i = rk.stages() - 1 - (fsal ? 1 : 0); i > 0 && !stiff_stage; --i)
     if (rk.c()[i] == 1) stiff_stage = i;
   // No method resolves more than half an oscillation per step; solutions of nonlinear equations reach up to
   // six times that ratio (van der Pol's equation at rtol = 10⁻³).
   constexpr double half_an_oscillation = 3, usual = 7;
-  if (stiff_stage >= 0) resolution = usual * share_of_slope(rk, stiff_stage, {0, half_an_oscillation});
+  if (stiff_stage) resolution = usual * share_of_slope(rk, *stiff_stage, {0, half_an_oscillation});
 }
 
 }  // namespace pendula::integrate

@@ -2,6 +2,8 @@
 // 2nd ed., §II.4; docs/derivations.md#step-size-control).
 #pragma once
 
+#include <optional>
+
 #include "method/tableau.hpp"
 
 namespace pendula::integrate {
@@ -21,7 +23,7 @@ struct StepRules {
   double settled_fastest;
   double stability_limit;  ///< the largest y with |R(-y')| ≤ 1 for all 0 ≤ y' ≤ y
   bool fsal;
-  int stiff_stage = -1;  ///< g, a second stage at the end of the step, or -1
+  std::optional<int> stiff_stage;  ///< g, a second stage at the end of the step
   double resolution =
       0;  ///< beyond this share of h (x₁′ - x₀′), x₁ - g says that the stages have missed something
 };

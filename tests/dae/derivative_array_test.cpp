@@ -141,7 +141,7 @@ TEST_CASE("models without an index are told apart from those that have one") {
   const ArrayResult twice =
       derivative_array(*model({{derivative_leaf(x), y}, {0, 2 * derivative_leaf(x) - 2 * y}}));
   CHECK(twice.verdict == ArrayVerdict::undetermined);
-  CHECK(twice.index == -1);
+  CHECK(!twice.index);
   CHECK(twice.text.find("no unique solution") != std::string::npos);
   check_truth(model({{derivative_leaf(x), -x * y}, {derivative_leaf(y), x}}), 0, 2);
 }
@@ -172,7 +172,7 @@ TEST_CASE("what is too large is said to be not covered") {
   const ArrayResult r =
       derivative_array(*model({{derivative_leaf(x), -x * y}, {0, x * x + y * y * y - 1}}), options);
   CHECK(r.verdict == ArrayVerdict::not_covered);
-  CHECK(r.index == -1);
+  CHECK(!r.index);
   CHECK(r.text.find("columns") != std::string::npos);
 }
 

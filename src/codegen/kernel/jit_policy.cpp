@@ -1,6 +1,7 @@
 #include "codegen/kernel/jit_policy.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include "codegen/program/packs.hpp"
 
@@ -17,22 +18,25 @@ constexpr std::size_t large_regular = 2'000;
 constexpr double mostly_regular = 0.8, wide_enough = 0.5;
 constexpr long regular_break_even = 1'400;
 
-/// Code costs about 50 µs + 0.15 µs per instruction and saves about 0.4 ns per instruction and evaluation.
-long break_even(std::size_t n, bool is_regular) {
-  if (n == 0 || n > largest || !Machine::available()) return -1;
-  if (is_regular) return n > longest_packed ? -1 : regular_break_even;
+/// Code costs about 50 µs + 0.15 µs per instruction and saves about 0.4 ns per instruction and evaluation. Nothing
+/// where it never pays.
+std::optional<long> break_even(std::size_t n, bool is_regular) {
+  if (n == 0 || n > largest || !Machine::available()) return {};
+  if (is_regular && n > longest_packed) return {};
+  if (is_regular) return regular_break_even;
   return 400 + static_cast<long>(125'000 / n);
 }
 
 }  // namespace
 
 TieredCode::TieredCode(Program program, double regular, std::size_t tape_room)
-    : left_(-1),
+    : left_(0),
       is_regular_(program.instructions.size() >= large_regular && regular >= mostly_regular),
       room_(tape_room) {
   const std::size_t n = program.instructions.size();
-  left_ = break_even(n, is_regular_);
-  if (left_ <= 0) return;  // code is never generated
+  const auto evaluations = break_even(n, is_regular_);
+  if (!evaluations) return;  // code is never generated
+  left_ = *evaluations;
   room_ = std::max(room_, 128 + n / 4);
   program_ = std::move(program);
 }

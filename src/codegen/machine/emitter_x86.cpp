@@ -54,7 +54,7 @@ void Emitter::emit_all() {
 
 void Emitter::load(int r, Slot value) {
   const Isa& isa = isa_of(value);
-  if (const int from = r_.of(value); from >= 0) {
+  if (const int from = r_.of(value); from != Registers::in_memory) {
     if (from != r) a_.emit(isa.copy, reg(r, isa), reg(from, isa));
   } else {
     a_.emit(isa.load, reg(r, isa), at(r_.home(value), isa));
@@ -71,7 +71,7 @@ void Emitter::keep(int r) {
 }
 
 int Emitter::take(unsigned pinned) {
-  if (const int r = r_.vacant(); r >= 0) return r;
+  if (const auto r = r_.vacant()) return *r;
   const int r = r_.furthest(pinned);
   keep(r);
   r_.empty(r);
@@ -240,7 +240,7 @@ void Emitter::emit_linear(Slot value, const Instruction& i) {
 }
 
 void Emitter::emit_component(Slot value, const Instruction& i) {
-  if (const int r = r_.of(i.operand[0]); r >= 0 && r_.is_wide(i.operand[0])) keep(r);
+  if (const int r = r_.of(i.operand[0]); r != Registers::in_memory && r_.is_wide(i.operand[0])) keep(r);
   Home home = r_.home(i.operand[0]);
   home.index += i.operand[1];
   r_.home(value) = home;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
 
 #include "expr/graph/operation.hpp"
 
@@ -38,7 +39,7 @@ Registers::Registers(const Program& program, const std::vector<Slot>& order, int
     : value_(static_cast<std::size_t>(count), never) {
   const Slot first = program.first_instruction();
   const std::size_t n = first + program.instructions.size();
-  register_.assign(n, -1);
+  register_.assign(n, in_memory);
   home_.resize(n);
   for (Slot v = 0; v < first; ++v)
     home_[v] = v < program.inputs ? Home{Home::Array::input, v}
@@ -72,7 +73,7 @@ void Registers::next_instruction() {
 }
 
 void Registers::release(Slot value) {
-  if (register_[value] >= 0) empty(register_[value]);
+  if (register_[value] != in_memory) empty(register_[value]);
   Home& home = home_[value];
   if (home.array == Home::Array::work && !shared_[value])
     (wide_[value] ? freed_wide_ : freed_).push_back(home.index);
@@ -87,13 +88,14 @@ void Registers::assign(int r, Slot value) {
 
 void Registers::empty(int r) {
   Slot& value = value_[r];
-  if (value != never) register_[value] = -1;
+  if (value != never) register_[value] = in_memory;
   value = never;
 }
 
-int Registers::vacant() const {
+std::optional<int> Registers::vacant() const {
   const auto r = std::find(value_.begin(), value_.end(), never);
-  return r == value_.end() ? -1 : static_cast<int>(r - value_.begin());
+  if (r == value_.end()) return {};
+  return static_cast<int>(r - value_.begin());
 }
 
 int Registers::furthest(unsigned pinned) const {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/limits/stack.hpp"
 #include "expr/graph/declaration.hpp"
@@ -19,9 +20,9 @@ UnknownNumbers::UnknownNumbers(const Model& model) {
     }
 }
 
-int UnknownNumbers::of(Expr leaf) const {
+std::optional<int> UnknownNumbers::of(Expr leaf) const {
   const auto it = numbers_.find(leaf);
-  return it == numbers_.end() ? -1 : it->second;
+  return it == numbers_.end() ? std::optional<int>() : it->second;
 }
 
 Expr scaled(Expr a, Expr b) {
@@ -113,7 +114,7 @@ class RowReader {
   RowReader(std::span<const Expr> residuals, const UnknownNumbers& numbers) : numbers_(numbers) {
     for (Expr node : topological(residuals)) {
       char& here = unknown_[node];
-      here = numbers_.of(node) >= 0;
+      here = numbers_.of(node).has_value();
       if (node.is_symbol() || node.is_constant()) continue;
       for (Expr x : node.operands())
         if (unknown_[x]) unknown_[node] = 1;
@@ -167,11 +168,11 @@ class RowReader {
   }
 
   void keep(const Part& part, AffineRow& row) {
-    if (const int unknown = numbers_.of(part.e); unknown >= 0) return row.add(unknown, part.factor);
+    if (const auto unknown = numbers_.of(part.e)) return row.add(*unknown, part.factor);
     row.rest += scaled(part.factor, part.e);
     if (known(part.e)) return;
     for (Expr leaf : leaves({&part.e, 1}))
-      if (const int unknown = numbers_.of(leaf); unknown >= 0) row.put_inside(unknown);
+      if (const auto unknown = numbers_.of(leaf)) row.put_inside(*unknown);
   }
 
   const UnknownNumbers& numbers_;

@@ -35,11 +35,11 @@ Elimination::Elimination(const Model& model)
       seen_(rows_.size(), 0) {
   for (const auto* declared : {&model.start_values, &model.start_guesses})
     for (const auto& [leaf, value] : *declared)
-      if (const int u = numbers_.of(symbol_of(leaf).base); u >= 0)
+      if (const auto u = numbers_.of(symbol_of(leaf).base))
         wanted_[u] = static_cast<char>(declared == &model.start_guesses ? 2 : 1);
   for (const Transition& event : model.events)
     for (const auto& [state, value] : event.reset)
-      if (const int u = numbers_.of(symbol_of(state).base); u >= 0) guarded_[u] = 1;
+      if (const auto u = numbers_.of(symbol_of(state).base)) guarded_[*u] = 1;
 }
 
 void Elimination::run() {
@@ -182,7 +182,7 @@ AffineRow Elimination::derivative(const AffineRow& e) const {
   for (const AffineRow::Term& t : e.terms) d.terms.push_back({t.unknown + 1, t.coefficient});
   d.rest = total_derivative(in_remaining(e.rest));
   for (Expr leaf : leaves({&d.rest, 1}))
-    if (const int u = numbers_.of(leaf); u >= 0) d.put_inside(u);
+    if (const auto u = numbers_.of(leaf)) d.put_inside(*u);
   return d;
 }
 

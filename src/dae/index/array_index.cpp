@@ -43,12 +43,12 @@ bool mentions(Expr e, const std::unordered_set<Expr>& bases) {
 /// The result of one determination of the index, of residuals in which parameters have no values.
 struct Determination {
   ArrayVerdict verdict = ArrayVerdict::not_covered;
-  int index = -1;
+  int index = 0;  ///< where determined
   int states = 0, conditions = 0;
   int points = 0;
-  int tried = -1;  ///< the last k that was examined
+  std::optional<int> tried;  ///< the last k that was examined
   int y_rank = 0;
-  int lowest = -1, highest = -1;  ///< first k with full rank at some point, at all points
+  std::optional<int> lowest, highest;  ///< first k with full rank at some point, at all points
   double gap = 0;
   bool exact = false, dependent = false;
   std::string why;
@@ -183,7 +183,7 @@ std::optional<Determination> judge(Determination& d, const PointSet& points, int
     if (p->ranks.y >= n && p->ranks.y == n + p->ranks.higher) ++full;
   }
   d.gap = d.gap > 0 ? std::min(d.gap, gap) : gap;
-  if (full > 0 && d.lowest < 0) d.lowest = k;
+  if (full > 0 && !d.lowest) d.lowest = k;
   if (full < static_cast<int>(regular.size())) return {};
   const ArrayRanks& first = regular[0]->ranks;
   const bool constant = std::all_of(regular.begin(), regular.end(), [&](const PointRanks* p) {
@@ -191,7 +191,7 @@ std::optional<Determination> judge(Determination& d, const PointSet& points, int
   });
   Determination end = d;
   const int least = first.all == rows && constant ? least_order(regular, k, n) : k;
-  end.lowest = std::min(end.lowest, least);
+  end.lowest = std::min(*end.lowest, least);
   end.highest = least;
   end.index = least;
   end.y_rank = first.y;
@@ -229,8 +229,8 @@ Determination determine_at_points(DerivativeArray array, const ArrayOptions& opt
     d.tried = k;
     if (const auto end = judge(d, points, k, static_cast<int>(array.first().size()), rows)) return *end;
   }
-  d.verdict = d.lowest >= 0 ? ArrayVerdict::varying : ArrayVerdict::undetermined;
-  if (d.lowest < 0 && d.points < 2) {
+  d.verdict = d.lowest ? ArrayVerdict::varying : ArrayVerdict::undetermined;
+  if (!d.lowest && d.points < 2) {
     d.verdict = ArrayVerdict::not_covered;
     d.why = "ranks were clear at one point only";
   }
@@ -252,7 +252,7 @@ Determination determine(const std::vector<Expr>& residuals, const Model& m, cons
 }
 
 std::string words(const Determination& d) {
-  const std::string F = "F" + subscript(std::max(d.tried, 0));
+  const std::string F = "F" + subscript(d.tried.value_or(0));
   switch (d.verdict) {
     case ArrayVerdict::determined:
       return text("index ", d.index, ", ", d.dof(), d.dof() == 1 ? " degree" : " degrees", " of freedom: ",
@@ -262,17 +262,17 @@ std::string words(const Determination& d) {
                   " the derivatives of all unknowns",
                   d.dependent ? "; some of the differentiated equations depend on others" : "");
     case ArrayVerdict::varying:
-      return d.highest < 0
-                 ? text("the index depends on where the solution is: ", d.lowest,
-                        " at some points, more than ", d.tried, " at others")
+      return !d.highest
+                 ? text("the index depends on where the solution is: ", *d.lowest,
+                        " at some points, more than ", *d.tried, " at others")
                  : text("the index or the number of conditions depends on where the solution is (index ",
-                        d.lowest, d.lowest == d.highest ? "" : text(" to ", d.highest), ")");
+                        *d.lowest, d.lowest == d.highest ? "" : text(" to ", *d.highest), ")");
     case ArrayVerdict::singular:
       return text("the Jacobian of ", F,
                   " = 0 loses rank on the solutions (as z³ = 0 does): no index by ranks exists there");
     case ArrayVerdict::undetermined:
       return text(
-          "differentiated up to ", d.tried,
+          "differentiated up to ", d.tried.value_or(0),
           " times the equations do not determine the derivatives of all unknowns",
           d.exact ? ": the model has no unique solution for any start, or its equations depend on each other"
                   : ": dependent equations, or an index above that");
@@ -397,9 +397,9 @@ ArrayResult derivative_array(const Model& m, const ArrayOptions& options) {
         r.text = trouble + "; elsewhere: " + r.text;
       }
   }
-  r.covered = d.exact ? text("derivative array up to F", subscript(std::max(d.tried, 0)),
+  r.covered = d.exact ? text("derivative array up to F", subscript(d.tried.value_or(0)),
                              ", ranks exact modulo 2⁶¹ - 1")
-                      : text("derivative array up to F", subscript(std::max(d.tried, 0)), ", ranks at ",
+                      : text("derivative array up to F", subscript(d.tried.value_or(0)), ", ranks at ",
                              d.points, d.points == 1 ? " point" : " points",
                              " with F = 0, smallest gap of singular values ", rounded(d.gap, 2));
   if (options.conditions && d.verdict == ArrayVerdict::determined &&

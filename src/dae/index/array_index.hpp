@@ -44,8 +44,8 @@ struct ArrayCondition {
 
 struct ArrayResult {
   ArrayVerdict verdict = ArrayVerdict::not_covered;
-  int index = -1;                           ///< where determined
-  int dof = -1;                             ///< free initial values, where determined
+  std::optional<int> index;                 ///< where determined
+  std::optional<int> dof;                   ///< free initial values, where determined
   int conditions = 0;                       ///< number of independent conditions on x
   std::vector<ArrayCondition> constraints;  ///< those that are combinations of rows with constant rational
                                             ///< multipliers; complete iff as many as `conditions`

@@ -1,6 +1,7 @@
 #include "dae/index/differentiation_index.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -90,7 +91,7 @@ std::vector<Constraint> in_given_terms(std::vector<Constraint> list, const Regul
     c.residual = substitute(c.residual, regularised.definitions);
     std::string label = in_given_equations(c.label, *regularised.model);
     if (label != c.label) {
-      c.origin = -1;
+      c.origin.reset();
       c.label = std::move(label);
     }
   }
@@ -107,8 +108,8 @@ std::vector<Constraint> regularised_constraints(const Regularised& regularised) 
 
 IndexResult from_array(const ModelPtr& model, const Analysis& a, const ArrayResult& array) {
   IndexResult t;
-  t.index = array.index;
-  t.dof = array.dof;
+  t.index = *array.index;
+  t.dof = *array.dof;
   t.evidence =
       array.exact ? "derivative array, exact" : text("derivative array, ranks at ", array.points, " points");
   if (a.regular && a.dof == array.dof) return t;

@@ -94,8 +94,8 @@ class Elimination {
       const auto [block, row] = m_.origin[r.equation];
       std::string from = label(r);
       if (!r.with.empty()) from += " with " + join(r.with, ", ");
-      found_.push_back(
-          {with_leading_sign(simplify(r.e), ordered_), r.with.empty() ? block : -1, row, r.derivative, from});
+      found_.push_back({with_leading_sign(simplify(r.e), ordered_),
+                        r.with.empty() ? std::optional(block) : std::nullopt, row, r.derivative, from});
       if (!independent()) found_.pop_back();
     }
   }

@@ -157,7 +157,7 @@ std::optional<std::string> note_on_pivots(const Model& m, const Analysis& a, con
   numeric.numeric = true;
   const ArrayResult array = derivative_array(m, numeric);
   const std::string there =
-      array.verdict == ArrayVerdict::determined ? answer_text(array.index, array.dof) : array.text;
+      array.verdict == ArrayVerdict::determined ? answer_text(*array.index, *array.dof) : array.text;
   if (here == there) return {};
   return text(
       "near-singular: the pivots of the system Jacobian differ by more than 10⁸ and the smallest is "

@@ -95,7 +95,7 @@ std::vector<Chain> chains(const Model& model, const Model& low) {
     };
     auto chain = std::find_if(list.begin(), list.end(), same);
     if (chain == list.end()) {
-      const auto block = static_cast<std::size_t>(c.origin);
+      const auto block = static_cast<std::size_t>(c.origin.value());
       list.push_back({{}, block, c.row, low.blocks[block].rhs[c.row]});
       chain = list.end() - 1;
     }

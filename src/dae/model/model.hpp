@@ -46,11 +46,11 @@ struct Variable {
 
 /// A condition on the initial values, explicit or hidden.
 struct Constraint {
-  Expr residual;      ///< 0 = residual, in states, inputs, parameters and t
-  int origin;         ///< index of the block it came from
-  int row;            ///< row of that block
-  int derivative;     ///< 0: as written; k: differentiated k times
-  std::string label;  ///< "C₁", "C₁′" …
+  Expr residual;              ///< 0 = residual, in states, inputs, parameters and t
+  std::optional<int> origin;  ///< index of the block it came from; none: a combination of several
+  int row;                    ///< row of that block
+  int derivative;             ///< 0: as written; k: differentiated k times
+  std::string label;          ///< "C₁", "C₁′" …
 };
 
 /// Mechanical quantities of a model made by lagrange, beside its equations.
@@ -96,11 +96,29 @@ std::string row_letter(int row, Eigen::Index rows);
 /// Of row `row` of equation `block` (from 0): "(3)", "(3b)", "(3b*)" if it is not the one that was written.
 std::string row_label(const Block& b, int block, int row);
 
+/// Which roots of a condition are events; the numbers are those of scripts. falling_or_negative and
+/// rising_or_positive: also a start or restart at which the condition is beyond its root.
+enum class Direction : signed char {
+  falling_or_negative = -2,
+  falling = -1,
+  both = 0,
+  rising = 1,
+  rising_or_positive = 2
+};
+/// -1, 1, or 0 for both.
+constexpr int sign_of_slope(Direction d) {
+  return (d > Direction::both ? 1 : 0) - (d < Direction::both ? 1 : 0);
+}
+constexpr bool counts_beyond(Direction d) {
+  return d == Direction::falling_or_negative || d == Direction::rising_or_positive;
+}
+/// Roots with one sign of the slope, and nothing else.
+constexpr bool is_strict(Direction d) { return d == Direction::falling || d == Direction::rising; }
+
 /// An event that belongs to the equations of a model: its action where an expression becomes zero.
 struct Transition {
   Expr when;  ///< its roots are the moments; in leaves of the model or of its lineage, t too
-  int direction =
-      0;  ///< -1: only where it falls, 1: where it rises; ±2: also where it is beyond at a restart
+  Direction direction = Direction::both;
   bool stop = false;                         ///< the run ends there
   std::vector<std::pair<Expr, Expr>> reset;  ///< state -> its value after, in the values before
 };

@@ -11,7 +11,8 @@ std::size_t ModelKeyHash::operator()(const ModelKey& key) const {
 }
 
 ModelKey key_of(const Model& m) {
-  ModelKey key{m.residuals, m.origin, m.variables, {}, {}, m.form, m.mechanics ? m.mechanics->C.size() : -1};
+  ModelKey key{m.residuals, m.origin, m.variables, {}, {}, m.form, {}};
+  if (m.mechanics) key.mechanical_constraints = m.mechanics->C.size();
   for (Expr p : m.parameters)
     if (const auto it = m.values.find(p); it != m.values.end()) key.values.emplace_back(p, it->second);
   for (const Constraint& c : m.invariants) key.invariants.emplace_back(c.residual, c.label);

@@ -2,6 +2,7 @@
 // integrate ask the same questions.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,7 +21,7 @@ struct ModelKey {
   std::vector<std::pair<Expr, Expr>> values;             ///< parameters that have one, in their order
   std::vector<std::pair<Expr, std::string>> invariants;  ///< residual and label
   std::string form;
-  Eigen::Index mechanical_constraints = -1;  ///< -1: no Lagrangian
+  std::optional<Eigen::Index> mechanical_constraints;  ///< of a Lagrangian
   friend bool operator==(const ModelKey&, const ModelKey&) = default;
 };
 struct ModelKeyHash {

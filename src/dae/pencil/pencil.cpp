@@ -179,9 +179,10 @@ Constraint constraint_of(const LinearForm& f, const ShuffleConstraint& c) {
   Expr residual = c.g;
   for (int j = f.size(); j-- > 0;)
     if (c.a(0, j) != 0) residual = Expr(c.a(0, j)) * f.x[j] + residual;
-  if (c.of.size() > 1) return {simplify(residual), -1, 0, c.derivative, combined_label(f, c.of)};
-  const auto [block, row] = f.origin[c.row];
-  return {simplify(residual), block, row, c.derivative, f.label[c.row] + primes(c.derivative)};
+  if (c.of.size() > 1) return {simplify(residual), {}, 0, c.derivative, combined_label(f, c.of)};
+  const auto& origin = f.origin[c.row];
+  return {simplify(residual), origin ? std::optional(origin->first) : std::nullopt,
+          origin ? origin->second : 0, c.derivative, f.label[c.row] + primes(c.derivative)};
 }
 
 }  // namespace

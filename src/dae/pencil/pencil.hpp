@@ -25,14 +25,14 @@ namespace pendula::dae {
 /// x′ …, and the rows that tie them together come first.
 struct LinearForm {
   RationalMatrix E, A, B;
-  std::vector<Expr> x;        ///< the unknowns in their order, then x′, x″ … that are states
-  std::vector<Expr> u;        ///< the input leaves that occur linearly; derivatives of inputs are separate
-  VecX f;                     ///< what contains neither x nor u: t, parameters, other functions of the inputs
-  std::vector<int> equation;  ///< of each row: index into model.residuals, -1 for a tie
-  std::vector<std::pair<int, int>> origin;  ///< of each row: block and row of the model, as Model::origin
-  std::vector<std::string> label;           ///< of each row: "(3)"
-  ParameterValues values;                   ///< of all parameters; those in E and A have been put in
-  std::vector<Expr> used;                   ///< the parameters whose values were put in
+  std::vector<Expr> x;  ///< the unknowns in their order, then x′, x″ … that are states
+  std::vector<Expr> u;  ///< the input leaves that occur linearly; derivatives of inputs are separate
+  VecX f;               ///< what contains neither x nor u: t, parameters, other functions of the inputs
+  /// Of each row: block and row of the model, as Model::origin; none for a tie.
+  std::vector<std::optional<std::pair<int, int>>> origin;
+  std::vector<std::string> label;  ///< of each row: "(3)"
+  ParameterValues values;          ///< of all parameters; those in E and A have been put in
+  std::vector<Expr> used;          ///< the parameters whose values were put in
 
   int rows() const { return E.rows(); }
   int size() const { return E.cols(); }

@@ -72,13 +72,11 @@ class Extraction {
     for (int i = 0; i < first; ++i) {
       form_.E(i, ties[i].first) = 1;
       form_.A(i, ties[i].second) = 1;
-      form_.equation.push_back(-1);
-      form_.origin.push_back({-1, 0});
+      form_.origin.push_back({});
       form_.label.push_back("");
     }
     for (std::size_t i = 0; i < m_.residuals.size(); ++i) {
       poll_interrupt();
-      form_.equation.push_back(static_cast<int>(i));
       form_.origin.push_back(m_.origin[i]);
       form_.label.push_back(m_.label(i));
       if (std::string reason = row(first + static_cast<int>(i), i); !reason.empty()) return reason;

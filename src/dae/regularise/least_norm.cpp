@@ -76,7 +76,8 @@ void add_least_norm(const LeastNorm& least, const std::string& note,
     options.start_values.push_back({excess[k], Expr(0)});
     // beyond a position at which the chosen constraints are dependent they no longer imply the others
     const Expr size = squared_size(least.left_out[k], least.sizes);
-    options.events.push_back({excess[k] * excess[k] - Expr(failing * failing) * size, 1, true, {}});
+    options.events.push_back(
+        {excess[k] * excess[k] - Expr(failing * failing) * size, Direction::rising, true, {}});
   }
   for (const auto* made : {&y, &excess})
     if (!options.z.empty() || !options.x.empty())

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <optional>
 #include <set>
 #include <tuple>
 
@@ -229,7 +230,8 @@ class Writer {
   std::string event_option() const {
     std::string out;
     for (const Transition& event : source_->events) {
-      out += "    { when = " + names_.code(event.when) + pendula::text(", direction = ", event.direction);
+      out += "    { when = " + names_.code(event.when) +
+             pendula::text(", direction = ", static_cast<int>(event.direction));
       if (event.stop) out += ", action = \"stop\"";
       if (!event.reset.empty()) out += ", reset = " + table(event.reset);
       out += " },\n";

@@ -227,7 +227,7 @@ static ConsistentStatePtr init_with_declared(const ModelPtr& model, const StartR
 static StartSolution solved_start(const ModelPtr& model, const StartSystem& s) {
   StartSolution solution = solve_start(s);
   if (!solution.solved && !solution.defined) explain_undefined(model, s);
-  if (!solution.solved && solution.stuck >= 0) explain_stuck(s, static_cast<std::size_t>(solution.stuck));
+  if (!solution.solved && solution.stuck) explain_stuck(s, *solution.stuck);
   if (!solution.solved)
     if (StartSolution other = solve_by_orders(model, s); other.solved) solution = std::move(other);
   if (!solution.solved)

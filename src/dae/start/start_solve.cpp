@@ -268,11 +268,11 @@ static StartSolution by_levels(const StartSystem& s, Vec w, const Selection& sel
 }
 
 /// An unsatisfied row that no unknown changes to first order, so that Gauss-Newton cannot reduce it.
-static int stuck_row(const StartSystem& s, const Vec& w, const Selection& selection) {
+static std::optional<std::size_t> stuck_row(const StartSystem& s, const Vec& w, const Selection& selection) {
   const Selected system(s, selection);
   const Vec r = system.residual(w);
   const Sparse J = system.jacobian(w);
-  if (!r.allFinite() || !all_finite(J)) return -1;
+  if (!r.allFinite() || !all_finite(J)) return {};
   // in units: a step that removes the residual is 10⁶ units long
   constexpr double violated = 1e-6, flat = 1e-12;
   Vec largest = Vec::Zero(J.rows());
@@ -280,8 +280,8 @@ static int stuck_row(const StartSystem& s, const Vec& w, const Selection& select
     for (Sparse::InnerIterator it(J, j); it; ++it)
       largest[it.row()] = std::max(largest[it.row()], std::fabs(it.value()));
   for (Index i = 0; i < r.size(); ++i)
-    if (std::fabs(r[i]) > violated && largest[i] < flat) return static_cast<int>(i);
-  return -1;
+    if (std::fabs(r[i]) > violated && largest[i] < flat) return static_cast<std::size_t>(i);
+  return {};
 }
 
 namespace {
@@ -371,7 +371,7 @@ StartSolution solve_start(const StartSystem& s, const Selection& selection) {
     if (!attempt.reported) continue;
     defined = defined || next.defined;
     if (attempt.point == 0 || next.residual.maxCoeff() < best.residual.maxCoeff()) best = std::move(next);
-    if (from.size() > dense_up_to && (best.stuck = stuck_row(s, from, selection)) >= 0) break;
+    if (from.size() > dense_up_to && (best.stuck = stuck_row(s, from, selection))) break;
   }
   best.defined = defined;
   if (StartSolution found = with_lifted_exponents(s, selection); found.solved) return found;

@@ -122,8 +122,9 @@ struct StartSolution {
   Vec residual;  ///< |r_i| relative to the size of the row's own terms
   bool solved = false;
   bool defined = true;  ///< false: an equation has no finite value (or slope) at the first point
-  int stuck = -1;       ///< a row that is not satisfied and has gradient 0 at the first point (large systems)
-  bool slow = false;    ///< steps shrank by half only: the equations lose rank at the solution, a double root
+  std::optional<std::size_t>
+      stuck;          ///< a row not satisfied whose gradient is 0 at the first point (large systems)
+  bool slow = false;  ///< steps shrank by half only: the equations lose rank at the solution, a double root
 };
 
 /// Damped Gauss-Newton with least steps in the units of the system: stays near the first point where the

@@ -63,7 +63,8 @@ struct Layout {
 /// Emits the instructions of one step.
 class ExplicitEmitter {
  public:
-  ExplicitEmitter(const Problem& problem, const Tableau& rk, int stiff_stage, const TimePart& timed)
+  ExplicitEmitter(const Problem& problem, const Tableau& rk, std::optional<int> stiff_stage,
+                  const TimePart& timed)
       : problem_(problem),
         rk_(rk),
         stiff_stage_(stiff_stage),
@@ -99,8 +100,8 @@ class ExplicitEmitter {
     } else {
       results.insert(results.end(), 2, w_.constant(0));
     }
-    if (stiff_stage_ > 0) {
-      const PairEmitter::Differences d = pair.differences(stiff_stage_, xdot, weight);
+    if (stiff_stage_) {
+      const PairEmitter::Differences d = pair.differences(*stiff_stage_, xdot, weight);
       results.insert(results.end(), {d.slopes, d.points});
     } else {
       results.insert(results.end(), 2, w_.constant(0));
@@ -162,7 +163,7 @@ class ExplicitEmitter {
 
   const Problem& problem_;
   const Tableau& rk_;
-  int stiff_stage_;
+  std::optional<int> stiff_stage_;
   std::vector<double> times_;
   Layout at_;
   Writer w_;
@@ -173,8 +174,8 @@ class ExplicitEmitter {
   Program f_;
 };
 
-Key key_of(const Problem& problem, const Tableau& rk, int stiff_stage) {
-  Key key{0, static_cast<std::uint32_t>(rk.stages()), static_cast<std::uint32_t>(stiff_stage)};
+Key key_of(const Problem& problem, const Tableau& rk, std::optional<int> stiff_stage) {
+  Key key{0, static_cast<std::uint32_t>(rk.stages()), static_cast<std::uint32_t>(stiff_stage.value_or(0))};
   add(key, problem.model().f);
   add(key, problem.arguments());
   for (int i = 0; i < rk.stages(); ++i) {
@@ -198,7 +199,8 @@ Key key_of(const Problem& problem, const Tableau& rk, int stiff_stage) {
 
 }  // namespace
 
-static void compile(StepEntry& entry, const Problem& problem, const Tableau& rk, int stiff_stage) {
+static void compile(StepEntry& entry, const Problem& problem, const Tableau& rk,
+                    std::optional<int> stiff_stage) {
   const std::vector<Expr> outputs = expressions(problem);
   TimePart timed(Machine::available(TimeCode::lanes) ? TimePart(outputs, problem) : TimePart(outputs));
   const Program program = ExplicitEmitter(problem, rk, stiff_stage, timed).step();
@@ -211,7 +213,7 @@ static void compile(StepEntry& entry, const Problem& problem, const Tableau& rk,
 }
 
 std::shared_ptr<CompiledExplicitStep> CompiledExplicitStep::make(const Problem& problem, const Tableau& rk,
-                                                                 int stiff_stage,
+                                                                 std::optional<int> stiff_stage,
                                                                  const Tolerances& tolerances) {
   if (!Machine::available() || !problem.is_ode() || problem.m() > 0) return nullptr;
   if (problem.operations() * static_cast<std::size_t>(rk.stages() - 1) > 4 * longest_step_program)

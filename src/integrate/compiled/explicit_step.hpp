@@ -35,9 +35,10 @@ class CompiledExplicitStep {
   };
 
   /// Nothing where there is no machine code or it would be long. Remembered for equal equations and tableau.
-  /// stiff_stage: g, or -1.
+  /// stiff_stage: g (StepRules).
   static std::shared_ptr<CompiledExplicitStep> make(const Problem& problem, const Tableau& rk,
-                                                    int stiff_stage, const Tolerances& tolerances);
+                                                    std::optional<int> stiff_stage,
+                                                    const Tolerances& tolerances);
   /// Inputs of the model are evaluated at the stages through `problem`. Valid until the next run.
   End run(Problem& problem, const Point& from, double dt);
 

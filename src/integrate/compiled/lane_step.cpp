@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <optional>
 
 #include "base/epsilon.hpp"
 #include "codegen/program/program_cache.hpp"
@@ -194,7 +195,7 @@ StepSigns<Formula> LaneEmitter::signs(Writer& w, PairEmitter& pair, const Lane& 
     changes.push_back((change * change).slot(w));
     sizes.push_back((size * size).slot(w));
   }
-  const auto d = pair.differences(controller_.rules().stiff_stage, slope, weights);
+  const auto d = pair.differences(*controller_.rules().stiff_stage, slope, weights);
   return {{w, d.slopes}, {w, d.points}, {w, w.sum(changes)}, {w, w.sum(sizes)}};
 }
 

@@ -138,7 +138,7 @@ std::shared_ptr<CompiledNewtonStep> CompiledNewtonStep::make(const Request& q, l
   add(key, std::bit_cast<double>(reinterpret_cast<std::uint64_t>(q.pivots.pivots().get())));
   const std::lock_guard lock(step_store().mutex);
   const auto entry = step_store().entry(key);
-  if (entry->wanted < 0) return nullptr;  // too long, or not possible
+  if (entry->is_refused) return nullptr;
   if (entry->machines.empty()) {
     entry->wanted += iterations;
     entry->kept = {q.pivots.pivots()};
@@ -149,7 +149,7 @@ std::shared_ptr<CompiledNewtonStep> CompiledNewtonStep::make(const Request& q, l
                                                    {programs.solve(), lanes},
                                                    {programs.weigh(), lanes},
                                                    {programs.end(), 1}};
-    entry->wanted = -1;
+    entry->is_refused = true;
     for (const auto& [program, width] : all)
       if (program.instructions.size() > longest_step_program) return nullptr;
     std::vector<std::shared_ptr<const Machine>> compiled;
@@ -157,7 +157,7 @@ std::shared_ptr<CompiledNewtonStep> CompiledNewtonStep::make(const Request& q, l
       compiled.push_back(Machine::compile(program, width, codegen::Rounding::fused));
     entry->keep_if_complete(std::move(compiled));
     if (entry->machines.empty()) return nullptr;
-    entry->wanted = 0;
+    entry->is_refused = false;
   }
   std::shared_ptr<CompiledNewtonStep> code(new CompiledNewtonStep(Layout(q), q));
   code->machines_.residuals = entry->machines[0];

@@ -24,7 +24,8 @@ void add(codegen::Key& key, std::span<const Expr> list);
 struct StepEntry {
   std::vector<std::shared_ptr<const codegen::Machine>> machines;
   long wanted = 0;
-  std::size_t handed = 0;  ///< numbers that the second machine hands to the first, if there are two
+  bool is_refused = false;  ///< too long, or not possible
+  std::size_t handed = 0;   ///< numbers that the second machine hands to the first, if there are two
   std::vector<std::shared_ptr<const void>> kept;  ///< whose addresses are in the key
 
   /// Keeps the machines of one step if all of them could be compiled; otherwise none: there is no step

@@ -9,7 +9,7 @@
 
 namespace pendula::integrate {
 
-AtRoots::AtRoots(std::vector<int> directions)
+AtRoots::AtRoots(std::vector<dae::Direction> directions)
     : directions_(std::move(directions)),
       slopes_(directions_.size(), NAN),
       may_leave_(directions_.size(), 0),
@@ -28,7 +28,8 @@ void AtRoots::add(std::size_t i, double slope, double since, double interval) {
   constexpr double at_this_moment = 1e-9;  // relative to a change at the fastest slope over the run
   slopes_[i] = slope;
   has_arrived_[i] = !(std::fabs(slope) * since <= at_this_moment * fastest_ * interval);
-  may_leave_[i] = has_arrived_[i] || slope * directions_[i] < 0;  // or it was returning to its root
+  may_leave_[i] =
+      has_arrived_[i] || slope * dae::sign_of_slope(directions_[i]) < 0;  // or it was returning to its root
 }
 
 bool AtRoots::order_matters(int which, double now) {
@@ -43,9 +44,9 @@ std::optional<int> AtRoots::first_leaving(const Slope& now) {
   constexpr double at_rest = 1e-6;  // relative to the slope after the reset
   std::optional<int> first;
   for (std::size_t i = 0; i < slopes_.size(); ++i) {
-    if (std::isnan(slopes_[i]) || std::abs(directions_[i]) != 1) continue;
+    if (std::isnan(slopes_[i]) || !dae::is_strict(directions_[i])) continue;
     const double slope = now(static_cast<int>(i));
-    const bool leaves = is_leaving(slope * directions_[i]);
+    const bool leaves = is_leaving(slope * dae::sign_of_slope(directions_[i]));
     if (!leaves || std::fabs(slopes_[i]) <= at_rest * std::fabs(slope)) may_leave_[i] = 1;
     if (leaves && may_leave_[i] && !first) first = static_cast<int>(i);
   }

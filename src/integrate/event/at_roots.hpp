@@ -23,7 +23,7 @@ class AtRoots {
   };
 
   /// The events by their directions, none of them at its root yet.
-  explicit AtRoots(std::vector<int> directions);
+  explicit AtRoots(std::vector<dae::Direction> directions);
 
   void measure(double slope);  ///< one that others are measured by
   double fastest() const { return fastest_; }
@@ -45,7 +45,7 @@ class AtRoots {
 
  private:
   std::optional<int> first_leaving(const Slope& now);
-  std::vector<int> directions_;
+  std::vector<dae::Direction> directions_;
   std::vector<double> slopes_;     ///< before the resets; NaN: not at a root
   std::vector<char> may_leave_;    ///< has since been at rest, or on the side that the event comes from
   std::vector<char> has_arrived_;  ///< has come to its root at this moment, and not happened since

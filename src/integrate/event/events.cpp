@@ -97,12 +97,12 @@ double EventFinder::slope_between(int which, const Point& a, const Point& b) {
   return (g - probe_.g[which]) / (b.t - a.t);
 }
 
-int EventFinder::never_finite() const {
+std::optional<int> EventFinder::never_finite() const {
   for (std::size_t i = 0; i < events_->size(); ++i) {
     const bool asked = !(*events_)[i].surface && (*events_)[i].termination_reason.empty();
     if (asked && !finite_[i]) return static_cast<int>(i);
   }
-  return -1;
+  return {};
 }
 
 void EventFinder::take_over(const EventFinder& before, std::size_t events) {
@@ -160,12 +160,12 @@ bool EventFinder::falls_to_zero(std::size_t i, const Sample& a, const Sample& b)
          std::fabs(b.g[i]) <= 64 * eps * rate * std::max(span_, std::fabs(b.t));
 }
 
-int EventFinder::vanished(const Point& point) {
+std::optional<int> EventFinder::vanished(const Point& point) {
   evaluate(point, probe_);
   return vanished(probe_.g);
 }
 
-int EventFinder::vanished(const std::vector<double>& g) const {
+std::optional<int> EventFinder::vanished(const std::vector<double>& g) const {
   const auto is_piecewise = [](Expr e) {
     const auto nodes = topological({&e, 1});
     return std::any_of(nodes.begin(), nodes.end(), [](Expr n) {
@@ -177,7 +177,7 @@ int EventFinder::vanished(const std::vector<double>& g) const {
     if (event.termination_reason.empty() || !(std::fabs(g[i]) <= 64 * eps * largest_[i])) continue;
     if (is_piecewise(event.when)) return static_cast<int>(i);
   }
-  return -1;
+  return {};
 }
 
 /// Is g hidden by the rounding errors of its terms, like the height of a bounce or the speed of a
@@ -190,7 +190,8 @@ bool EventFinder::is_invisible(std::size_t i) {
 }
 
 bool EventFinder::wanted(std::size_t i, bool rising) const {
-  return (*events_)[i].direction == 0 || ((*events_)[i].direction > 0) == rising;
+  const int sign = dae::sign_of_slope((*events_)[i].direction);
+  return sign == 0 || (sign > 0) == rising;
 }
 
 /// Replaces a zero at the beginning by the sign of g just after it.

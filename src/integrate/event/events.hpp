@@ -23,8 +23,8 @@ struct EventReply {
 };
 
 struct Event {
-  Expr when;          ///< in leaves of the problem; the event is a root of it
-  int direction = 0;  ///< as in dae::Transition
+  Expr when;  ///< in leaves of the problem; the event is a root of it
+  dae::Direction direction = dae::Direction::both;
   bool stop = false;
   std::vector<std::pair<Expr, Expr>> reset;  ///< state -> its value after, in the values before
   std::function<EventReply(const Point&)> call;
@@ -34,8 +34,11 @@ struct Event {
   Smoothness smoothness = Smoothness::open;
   std::vector<Mode> modes;  ///< of the surface
   bool is_edge = false;     ///< of the domain of a function: the surface
-  int leaves = -1;    ///< not the user's: where the solution leaves this surface, along which it slides,
-  int leaves_to = 0;  ///< to this side
+  /// Where the solution leaves a surface along which it slides: its number, and the side.
+  struct Exit {
+    int surface, side;
+  };
+  std::optional<Exit> exit;                      ///< not the user's
   std::vector<Expr> tangent;                     ///< d when/dp for the parameters of the sensitivities
   std::vector<std::vector<Expr>> reset_tangent;  ///< per entry of `reset`: d value/dp, then d value/dt
 };
@@ -96,8 +99,8 @@ class EventFinder {
     end_ = to;
     span_ = std::max(std::fabs(from), std::fabs(to));
   }
-  /// The first event whose condition has been a number at no point that was looked at; -1 if there is none.
-  int never_finite() const;
+  /// The first event whose condition has been a number at no point that was looked at.
+  std::optional<int> never_finite() const;
   /// Inputs jump there: see Problem.
   void set_limit(double t) {
     problem_->set_limit(t);
@@ -128,10 +131,10 @@ class EventFinder {
   /// dg/dt between two points of a solution that are close to each other; where it is known, at the second.
   double slope_between(int which, const Point& a, const Point& b);
   /// The piecewise event with a termination_reason that is 0 at a point, beside its largest value so far: a
-  /// divisor max(x, -x), whose own border hides that; -1 if there is none.
-  int vanished(const Point& point);
+  /// divisor max(x, -x), whose own border hides that.
+  std::optional<int> vanished(const Point& point);
   /// The same, of values(): at the end of a step.
-  int vanished(const std::vector<double>& g) const;
+  std::optional<int> vanished(const std::vector<double>& g) const;
   /// The first root in (from, to], where `from` is the last start or root, located to a few ulp of t.
   /// Requires events.
   std::optional<Hit> find(Stepper& stepper, const StepView& step);

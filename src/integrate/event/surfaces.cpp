@@ -238,7 +238,7 @@ void PiecewiseForm::number_modes(const std::vector<char>& frozen) {
   modes_.clear();
   for (Surface& surface : surfaces_) surface.modes.clear();
   for (Branch& branch : branches_) {
-    branch.mode = -1;
+    branch.mode.reset();
     branch.combined.reset();
     if (branch.settled != 0) continue;
     const bool fixed = frozen[branch.surface] != 0;
@@ -254,7 +254,7 @@ void PiecewiseForm::number_modes(const std::vector<char>& frozen) {
       continue;
     }
     branch.mode = static_cast<int>(modes_.size());
-    modes.push_back({branch.mode, branch.kind, branch.reversed});
+    modes.push_back({*branch.mode, branch.kind, branch.reversed});
     modes_.push_back(symbol(Kind::slot, text("mode_", modes_.size() + 1)));
   }
 }
@@ -284,9 +284,9 @@ void PiecewiseForm::replace(const Branch& branch, const std::vector<Treatment>& 
     return;
   }
   const Treatment treated = treatment[branch.surface];
-  if (treated == Treatment::unfrozen || (branch.mode < 0 && treated != Treatment::sliding)) return;
-  const bool is_fixed = branch.mode >= 0 && (treated != Treatment::sliding || !branch.combined);
-  const Expr mode = is_fixed ? modes_[branch.mode] : *branch.combined;
+  if (treated == Treatment::unfrozen || (!branch.mode && treated != Treatment::sliding)) return;
+  const bool is_fixed = branch.mode && (treated != Treatment::sliding || !branch.combined);
+  const Expr mode = is_fixed ? modes_[*branch.mode] : *branch.combined;
   switch (node.op()) {
     case Op::abs:
       replacements[node] = mode * inner(0);

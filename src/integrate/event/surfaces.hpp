@@ -88,7 +88,7 @@ class PiecewiseForm {
     std::size_t surface;
     Mode::Kind kind;
     bool reversed;
-    int mode = -1;                 ///< -1: never frozen
+    std::optional<int> mode;       ///< none: never frozen
     int settled = 0;               ///< not 0: the sign that what it compares always has; it has no surface
     std::optional<Expr> combined;  ///< in its place where the border slides (never frozen, or an edge)
   };

@@ -50,8 +50,8 @@ class Problem {
   void set_numbers(const Vec& parameters, std::vector<Input> inputs);
   /// How many of x and z are the user's: what stands behind them, ∂x/∂p and ∂z/∂p for each p of
   /// `sensitivities`, is not shown.
-  int visible_n() const { return visible_n_ < 0 ? n() : visible_n_; }
-  int visible_m() const { return visible_m_ < 0 ? m() : visible_m_; }
+  int visible_n() const { return visible_n_.value_or(n()); }
+  int visible_m() const { return visible_m_.value_or(m()); }
   const std::vector<Expr>& sensitivities() const { return sensitivities_; }
   void set_visible_size(int n, int m, std::vector<Expr> sensitivities) {
     visible_n_ = n;
@@ -138,7 +138,7 @@ class Problem {
   bool accelerated_ = false, has_jacobian_ = false;
   std::vector<dae::Projection> projections_;
   std::vector<Projector> projectors_;
-  int visible_n_ = -1, visible_m_ = -1;
+  std::optional<int> visible_n_, visible_m_;
   std::vector<Expr> sensitivities_;
   unsigned version_ = 0;
   double limit_ = std::numeric_limits<double>::infinity();

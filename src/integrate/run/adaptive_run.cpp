@@ -126,9 +126,9 @@ class AdaptiveRun {
     } catch (const Failure& failure) {
       outcome = stopped_at(state_.reached, failure.what() + singularity_nearby(almost_vanished));
     }
-    if (const int never = state_.finder.never_finite(); never >= 0 && outcome.is_complete())
+    if (const auto never = state_.finder.never_finite(); never && outcome.is_complete())
       outcome = stopped_at(state_.reached,
-                           text("the condition of an event, ", to_text(plan().events.list[never].when),
+                           text("the condition of an event, ", to_text(plan().events.list[*never].when),
                                 ", was not a number anywhere on the solution"));
     state_.writer.release();
     state_.problem->set_limit(std::numeric_limits<double>::infinity());

@@ -114,7 +114,7 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
     const Event& event = event_of(crossing);
     surface = surface || event.surface;
     frozen = frozen && (!event.surface || !event.modes.empty());
-    beyond = beyond || (event.surface && event.modes.empty() && event.leaves < 0);
+    beyond = beyond || (event.surface && event.modes.empty() && !event.exit);
     may_jump = may_jump || event.call || !event.reset.empty();
   }
   // an unfrozen branch was evaluated beyond its border; the step must end at the border
@@ -133,8 +133,8 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
   // evaluate just before the border: sign(x) is 0 on the border only
   const auto is_divisor = [](const Event& event) { return !event.termination_reason.empty(); };
   if (surface && !may_jump && std::any_of(s.plan.events.list.begin(), s.plan.events.list.end(), is_divisor))
-    if (const int gone = s.finder.vanished(s.inside(hit.before, Detail::full)); gone >= 0)
-      return end_before(hit, s.plan.events.list[gone], outcome);
+    if (const auto gone = s.finder.vanished(s.inside(hit.before, Detail::full)))
+      return end_before(hit, s.plan.events.list[*gone], outcome);
   // the rest of the interval is no step if it is as short as the uncertainty of event times
   constexpr double uncertain = 100 * std::numeric_limits<double>::epsilon();
   const bool at_end = s.plan.to - hit.t <= uncertain * std::fabs(s.plan.to);
@@ -213,7 +213,7 @@ std::vector<EventFinder::Crossing> EventHandler::carried_across(const std::vecto
     const int which = static_cast<int>(i);
     const double now = state_.finder.side(which);
     if (event.surface || !event.termination_reason.empty() || before[i] * now >= 0 ||
-        event.direction * now < 0)
+        dae::sign_of_slope(event.direction) * now < 0)
       continue;
     if (std::none_of(hit.list.begin(), hit.list.end(), [&](const auto& c) { return c.which == which; }))
       list.push_back({which, now > 0});

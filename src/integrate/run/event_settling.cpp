@@ -1,6 +1,7 @@
 // Several events at one time: those triggered by resets.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -9,15 +10,15 @@
 
 namespace pendula::integrate {
 
-/// The first event of direction ±2 whose condition is beyond its root at the present point, or at the root
+/// The first event that counts beyond its root (dae::Direction) whose condition is beyond its root at the present point, or at the root
 /// and about to cross it. happened: events of this time with their condition at the root; an event that stays
 /// there, as for bodies in contact, happens once. idle: events that have happened without changing anything.
 std::optional<int> EventHandler::overdue(const std::vector<char>& happened, const std::vector<char>& idle,
                                          const AtRoots* roots, const Point& here) {
   const std::vector<Event>& events = state_.plan.events.list;
   for (std::size_t i = 0; i < events.size(); ++i) {
-    if (std::abs(events[i].direction) < 2 || idle[i]) continue;
-    const double sign = events[i].direction > 0 ? 1 : -1, beyond = sign * state_.finder.values()[i];
+    if (!dae::counts_beyond(events[i].direction) || idle[i]) continue;
+    const double sign = dae::sign_of_slope(events[i].direction), beyond = sign * state_.finder.values()[i];
     if (!roots && state_.finder.is_on_border(i) && happened[i]) continue;
     if (roots && !events[i].surface && is_at_root(i, here, roots->fastest())) {
       const double leaves = sign * state_.finder.slope(static_cast<int>(i), here);
@@ -39,10 +40,12 @@ bool EventHandler::is_at_root(std::size_t i, const Point& point, double fastest)
 
 AtRoots EventHandler::at_roots(const Point& before, const Point& here) {
   const std::vector<Event>& events = state_.plan.events.list;
-  std::vector<int> directions, asked;
+  std::vector<dae::Direction> directions;
+  std::vector<int> asked;
   for (std::size_t i = 0; i < events.size(); ++i) {
     directions.push_back(events[i].direction);
-    if (!events[i].surface && events[i].termination_reason.empty() && events[i].direction != 0)
+    if (!events[i].surface && events[i].termination_reason.empty() &&
+        events[i].direction != dae::Direction::both)
       asked.push_back(static_cast<int>(i));
   }
   AtRoots roots(directions);
@@ -104,7 +107,7 @@ bool EventHandler::settle(const Point* last, std::vector<EventFinder::Crossing> 
                          " events set each other off without end; one of them is ", to_text(event.when),
                          " = 0"));
     const Point before = point;
-    const EventFinder::Crossing crossing{*which, found ? rising : event.direction > 0, 0};
+    const EventFinder::Crossing crossing{*which, found ? rising : dae::sign_of_slope(event.direction) > 0, 0};
     if (state_.finder.is_on_border(*which) || (roots && is_at_root(*which, point, roots->fastest())))
       happened[*which] = 1;
     state_.keep(point, true);

@@ -58,10 +58,10 @@ void ModeTracker::begin_in_some_mode(Point point, const Crossings& crossed) {
   bool leaves = false;
   for (const auto& crossing : crossed) {
     const Event& event = events()[crossing.which];
-    if (event.leaves < 0 || is_frozen(static_cast<std::size_t>(event.leaves))) continue;
+    if (!event.exit || is_frozen(static_cast<std::size_t>(event.exit->surface))) continue;
     if (!leaves) state_.problem->project(point.t, point.x);
     leaves = true;
-    release(event.leaves, event.leaves_to, point.t);
+    release(event.exit->surface, event.exit->side, point.t);
   }
   if (leaves) rebuild(point);
   const std::vector<double> arriving = modes_;
@@ -214,9 +214,9 @@ void ModeTracker::use(const std::vector<double>& sides) {
 bool ModeTracker::differ() const {
   constexpr double outside = -1e-6;  // for a weight in [0, 1]
   for (const Border& border : borders_)
-    if (border.treatment == Treatment::sliding && border.exits >= 0)
+    if (border.treatment == Treatment::sliding && border.exits)
       for (int k : {0, 1})
-        if (state_.finder.values()[border.exits + k] < outside) return true;
+        if (state_.finder.values()[*border.exits + k] < outside) return true;
   for (std::size_t i = 0; i < borders_.size(); ++i) {
     const double side = state_.finder.side(static_cast<int>(i));
     if (side == 0 || !is_frozen(i)) continue;
@@ -281,7 +281,7 @@ void ModeTracker::count(const Crossings& crossed, const Point& point) {
   Crossings much;
   bool smooth = true;
   for (const auto& crossing : crossed) {
-    if (!events()[crossing.which].surface || events()[crossing.which].leaves >= 0) continue;
+    if (!events()[crossing.which].surface || events()[crossing.which].exit) continue;
     Border& border = borders_[crossing.which];
     ++border.crossings;
     border.quick = steps - border.last_step <= quick ? border.quick + 1 : 0;
@@ -315,7 +315,7 @@ bool ModeTracker::unfreeze_all(const Point& point, Smoothness least) {
 
 bool ModeTracker::unfreeze_one(int which, const Point& point) {
   const Event& event = events()[which];
-  if (!event.surface || event.leaves >= 0 || !is_frozen(static_cast<std::size_t>(which))) return false;
+  if (!event.surface || event.exit || !is_frozen(static_cast<std::size_t>(which))) return false;
   if (event.smoothness == Smoothness::open && !jump_.is_continuous(which, point)) return false;
   Border& border = borders_[which];
   border.treatment = Treatment::unfrozen;

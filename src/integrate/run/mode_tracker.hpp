@@ -16,6 +16,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "integrate/event/uniqueness.hpp"
@@ -74,11 +75,11 @@ class ModeTracker {
   struct Border {
     long crossings = 0, last_step = -1000, quick = 0, slides = 0;
     Treatment treatment = Treatment::frozen;
-    double since = 0, slid = 0;  ///< of the treatment; how long it slid before
-    int exits = -1;              ///< the first of the two events that end the sliding
-    double farthest = 0;         ///< largest |s| at the ends of steps since the last attempt
-    int released = 0;            ///< while a run begins: the side to which the solution leaves
-    int left = 0;                ///< the side to which it has left, at `left_at`
+    double since = 0, slid = 0;        ///< of the treatment; how long it slid before
+    std::optional<std::size_t> exits;  ///< the first of the two events that end the sliding
+    double farthest = 0;               ///< largest |s| at the ends of steps since the last attempt
+    int released = 0;                  ///< while a run begins: the side to which the solution leaves
+    int left = 0;                      ///< the side to which it has left, at `left_at`
     double left_at = 0;
   };
   const std::vector<Event>& events() const { return state_.plan.events.list; }

@@ -13,8 +13,8 @@ namespace pendula::integrate {
 bool ModeTracker::on_edge_of_domain(const Point& point, const Crossings& crossed) {
   const auto is_one = [](const Event& e) { return e.surface && (e.modes.empty() || e.is_edge); };
   const auto is_exit = [&](const EventFinder::Crossing& crossing) {
-    const int left = events()[crossing.which].leaves;
-    return left >= 0 && is_one(events()[left]);
+    const auto& exit = events()[crossing.which].exit;
+    return exit && is_one(events()[exit->surface]);
   };
   if (std::any_of(crossed.begin(), crossed.end(), is_exit)) return true;
   if (std::none_of(events().begin(), events().end(), is_one)) return false;
@@ -118,8 +118,7 @@ bool ModeTracker::begin_behind(const Point& point, const Crossings& crossed, boo
 bool ModeTracker::slide(int which, Point& point) {
   const Event& event = events()[which];
   const auto place = static_cast<std::size_t>(which);
-  if (!event.surface || event.leaves >= 0 || !is_frozen(place) || state_.finder.is_moment(place))
-    return false;
+  if (!event.surface || event.exit || !is_frozen(place) || state_.finder.is_moment(place)) return false;
   Border& border = borders_[which];
   if (border.released != 0) return false;
   border.treatment = Treatment::sliding;
@@ -255,7 +254,7 @@ std::vector<std::pair<int, int>> ModeTracker::outside() const {
     const double weight = mu[next++];
     const int side = weight < 0.5 ? 1 : -1;
     const double inside = side > 0 ? weight : 1 - weight;
-    const int exit = borders_[i].exits + (side < 0);
+    const int exit = static_cast<int>(*borders_[i].exits) + (side < 0);
     if (!(inside >= -rounding) || (inside <= rounding && state_.finder.slope(exit, here) < 0))
       result.emplace_back(static_cast<int>(i), side);
   }
@@ -284,19 +283,18 @@ void ModeTracker::renew_exits(const std::unordered_map<Expr, double>& values) {
   bool renewed = false;
   for (std::size_t i = 0; i < borders_.size(); ++i) {
     if (borders_[i].treatment != Treatment::sliding) continue;
-    if (borders_[i].exits < 0) {
-      borders_[i].exits = static_cast<int>(list.size());
+    if (!borders_[i].exits) {
+      borders_[i].exits = list.size();
       list.resize(list.size() + 2);
     }
     const auto [above, below] = bounds(weights_[next++], values);
     for (int side : {1, -1}) {
-      Event& exit = list[borders_[i].exits + (side < 0)];
+      Event& exit = list[*borders_[i].exits + (side < 0)];
       exit.when = side > 0 ? above : below;
-      exit.direction = -1;
+      exit.direction = dae::Direction::falling;
       exit.surface = true;
       exit.smoothness = Smoothness::kink;
-      exit.leaves = static_cast<int>(i);
-      exit.leaves_to = side;
+      exit.exit = {static_cast<int>(i), side};
     }
     renewed = true;
   }
@@ -306,7 +304,7 @@ void ModeTracker::renew_exits(const std::unordered_map<Expr, double>& values) {
     state_.finder = std::move(finder);
   }
   for (std::size_t k = borders_.size(); k < list.size(); ++k)
-    state_.finder.ignore(static_cast<int>(k), is_frozen(list[k].leaves));
+    state_.finder.ignore(static_cast<int>(k), is_frozen(list[k].exit->surface));
 }
 
 }  // namespace pendula::integrate

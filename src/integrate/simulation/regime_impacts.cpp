@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "base/decompositions.hpp"
 #include "base/text.hpp"
@@ -95,7 +96,7 @@ bool RegimeImpacts::is_at_root(Expr when, const Values& at, const dae::Sizes& si
 }
 
 AtRoots RegimeImpacts::at_roots(const Values& before, const Values& here, const dae::Sizes& sizes) const {
-  std::vector<int> directions;
+  std::vector<dae::Direction> directions;
   for (const ModelEvent& event : simulation_.events) directions.push_back(event.direction);
   AtRoots roots(directions);
   std::vector<std::optional<double>> slopes;
@@ -105,7 +106,7 @@ AtRoots RegimeImpacts::at_roots(const Values& before, const Values& here, const 
       if (known) roots.measure(*known);
   }
   for (std::size_t i = 0; i < when_.size(); ++i) {
-    if (!slopes[i] || std::abs(directions[i]) != 1) continue;
+    if (!slopes[i] || !dae::is_strict(directions[i])) continue;
     if (is_at_root(when_[i], before, sizes, roots.fastest()) &&
         is_at_root(when_[i], here, sizes, roots.fastest()))
       roots.add(i, *slopes[i], known_.at(time_symbol()) - happened_[i], interval_);
@@ -122,8 +123,8 @@ std::optional<int> RegimeImpacts::overdue(const Values& here, const dae::Sizes& 
                                           const AtRoots& roots) const {
   for (std::size_t i = 0; i < when_.size(); ++i) {
     const ModelEvent& event = simulation_.events[i];
-    if (std::abs(event.direction) < 2) continue;
-    const double sign = event.direction > 0 ? 1 : -1, beyond = sign * dae::value_at(when_[i], here);
+    if (!dae::counts_beyond(event.direction)) continue;
+    const double sign = dae::sign_of_slope(event.direction), beyond = sign * dae::value_at(when_[i], here);
     if (is_at_root(when_[i], here, sizes, roots.fastest())) {
       if (roots.is_leaving(sign * slope(when_[i], here).value_or(0))) return static_cast<int>(i);
     } else if (beyond > 0) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/text.hpp"
 #include "dae/model/lineage.hpp"
@@ -167,7 +168,8 @@ class RegimeRun {
     for (std::size_t i = 0; i < regime.region.margins.size(); ++i) {
       ModelEvent end;
       end.when = regime.region.margins[i] + Expr(start.slack[i]);
-      end.direction = is_reset(end.when, simulation_.events, *model_) ? -2 : -1;
+      end.direction = is_reset(end.when, simulation_.events, *model_) ? dae::Direction::falling_or_negative
+                                                                      : dae::Direction::falling;
       end.stop = true;
       part.events.push_back(std::move(end));
     }

@@ -1,6 +1,7 @@
 #include "integrate/solution/step_history.hpp"
 
 #include <cmath>
+#include <optional>
 
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
@@ -32,7 +33,7 @@ void StepHistory::forget_if_large() {
 void StepHistory::begin(const Point& point) {
   if (forgotten_) return;
   mesh_.add(point);
-  steps_.push_back({0, -1, -1});
+  steps_.push_back({0, Step::none, Step::none});
 }
 
 void StepHistory::step_to(const Point& point, const std::vector<double>& record) {
@@ -56,7 +57,7 @@ std::vector<DiscreteStep> StepHistory::steps() {
     const Step& step = steps_[i];
     mesh_.get(i - 1, view.from);
     mesh_.get(i, view.to);
-    if (step.stepper < 0) {
+    if (step.is_jump()) {
       if (view.to.x != view.from.x)
         throw Error(text("the adjoint does not follow the reset at t = ", rounded(view.to.t, 6),
                          "; integrate with sensitivities = { … }"));
@@ -69,8 +70,8 @@ std::vector<DiscreteStep> StepHistory::steps() {
       throw Error(
           text("the adjoint needs a Runge–Kutta method such as \"dopri5\" or \"radau\", the solution is by ",
                stepper.name(), "; or integrate with sensitivities = { … }"));
-    if (step.modes >= 0) taken.modes = modes_[step.modes].values;
-    if (step.modes >= 0 && modes_[step.modes].problem != modes_[0].problem)
+    if (step.has_modes()) taken.modes = modes_[step.modes].values;
+    if (step.has_modes() && modes_[step.modes].problem != modes_[0].problem)
       throw Error(text("the adjoint does not follow branches that change inside a step, as they do from t = ",
                        rounded(view.from.t, 6), " on; integrate with sensitivities = { … }"));
     const Vec jump = result.empty() ? Vec() : Vec(view.from.xdot - before);
@@ -89,7 +90,7 @@ bool StepHistory::interpolate(double t, Point& out) {
   mesh_.get(i, out);
   if (i + 1 >= mesh_.size() || t <= out.t) return true;
   const Step& step = steps_[i + 1];
-  if (step.stepper < 0) return true;
+  if (step.is_jump()) return true;
   StepView view;
   mesh_.get(i, view.from);
   mesh_.get(i + 1, view.to);
@@ -117,10 +118,10 @@ bool StepHistory::interpolate_roughly(double t, Point& out) {
 double StepHistory::cut(double t) {
   mesh_.cut(t);
   while (steps_.size() > static_cast<std::size_t>(mesh_.size())) {
-    if (steps_.back().stepper >= 0) records_.resize(steps_.back().record);
+    if (!steps_.back().is_jump()) records_.resize(steps_.back().record);
     steps_.pop_back();
   }
-  viewed_ = -1;
+  viewed_.reset();
   return mesh_.t().back();
 }
 
@@ -142,9 +143,9 @@ auto StepHistory::of_step(int mesh_point, const Ask& ask) {
   StepView view;
   mesh_.get(mesh_point, view.from);
   mesh_.get(mesh_point + 1, view.to);
-  if (step.modes >= 0) modes_[step.modes].problem->set_modes(modes_[step.modes].values);
+  if (step.has_modes()) modes_[step.modes].problem->set_modes(modes_[step.modes].values);
   const auto answer = ask(*steppers_[step.stepper], view);
-  if (step.modes >= 0) modes_.back().problem->set_modes(modes_.back().values);
+  if (step.has_modes()) modes_.back().problem->set_modes(modes_.back().values);
   return answer;
 }
 
@@ -170,8 +171,8 @@ std::optional<double> StepHistory::passed_growth() {
   if (forgotten_ || mesh_.size() > most) return {};
   for (int i = 0; i + 1 < mesh_.size(); ++i) {
     poll_interrupt();
-    const int stepper = steps_[i + 1].stepper;
-    if (stepper < 0 || steppers_[stepper]->is_explicit()) continue;
+    const Step& step = steps_[i + 1];
+    if (step.is_jump() || steppers_[step.stepper]->is_explicit()) continue;
     if (of_step(i, [](Stepper& own, const StepView& view) { return own.passes_growth(view); }))
       return mesh_.t()[i];
   }
@@ -185,18 +186,18 @@ Point StepHistory::at(const Points& saved, double t) {
   const int i = mesh_.index_at(t, rounding);
   if (std::fabs(t - mesh_.t()[i]) <= rounding || i + 1 >= mesh_.size()) return mesh_[i];
   const Step& step = steps_[i + 1];
-  if (step.stepper < 0) return mesh_[i];
+  if (step.is_jump()) return mesh_[i];
   if (viewed_ != i) {
     mesh_.get(i, view_.from);
     mesh_.get(i + 1, view_.to);
     viewed_ = i;
   }
   view_.record = records_.data() + step.record;
-  if (step.modes >= 0) modes_[step.modes].problem->set_modes(modes_[step.modes].values);
+  if (step.has_modes()) modes_[step.modes].problem->set_modes(modes_[step.modes].values);
   Point out;
   steppers_[step.stepper]->look(view_, t, Detail::full, out);
   // the run may still be in progress
-  if (step.modes >= 0) modes_.back().problem->set_modes(modes_.back().values);
+  if (step.has_modes()) modes_.back().problem->set_modes(modes_.back().values);
   return out;
 }
 

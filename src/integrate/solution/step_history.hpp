@@ -1,6 +1,8 @@
 // The mesh of an adaptive run with what its continuous extension needs.
 #pragma once
 
+#include <optional>
+
 #include "integrate/event/monitor/monitor.hpp"
 #include "integrate/solution/solution.hpp"
 #include "integrate/step/stepper.hpp"
@@ -44,8 +46,11 @@ class StepHistory : public Continuation, public StepInterpolation {
  private:
   struct Step {
     std::size_t record;  ///< offset
-    int stepper;         ///< -1: a jump ends here
-    int modes;           ///< -1: none
+    int stepper;         ///< none: a jump ends here; integers, since every step has them
+    int modes;           ///< or none
+    static constexpr int none = -1;
+    bool is_jump() const { return stepper == none; }
+    bool has_modes() const { return modes != none; }
   };
   Points mesh_;
   std::vector<Step> steps_;  ///< that ends in mesh point i
@@ -61,7 +66,7 @@ class StepHistory : public Continuation, public StepInterpolation {
   template <class Ask>
   auto of_step(int mesh_point, const Ask& ask);
   StepView view_;
-  int viewed_ = -1;
+  std::optional<int> viewed_;
   bool may_forget_ = false, forgotten_ = false;
 };
 

@@ -63,7 +63,7 @@ RoundingFloor::Answer RoundingFloor::judge(const Matrix& A, const double* y, con
   if (!(length <= stages * floor)) return Answer::no;
   if (length <= acceptable) return Answer::accepted;
   if (stages * plain.norm(n) > acceptable) {
-    trouble = open_[worst];
+    trouble = open_[*worst];
     return Answer::no;
   }
   constexpr double visibly = 1.1;  // tolerances that are raised by less change nothing

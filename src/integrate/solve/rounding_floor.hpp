@@ -6,6 +6,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,7 +43,7 @@ class RoundingFloor {
   void forget() {
     least_.clear();
     trouble = 0;
-    worst = -1;
+    worst.reset();
   }
 
   /// length: the last correction, or the estimated error, in units of the tolerances `scale`; stages: what
@@ -55,7 +56,7 @@ class RoundingFloor {
 
   double floor = 0;    ///< what rounding leaves open, in units of the tolerances
   double trouble = 0;  ///< … of the unknown `worst`, where that is too much for its tolerance; else 0
-  int worst = -1;
+  std::optional<int> worst;
 
  private:
   void measure(const Matrix& matrix, const double* y, const double* xdot);

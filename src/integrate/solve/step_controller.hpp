@@ -179,7 +179,7 @@ class StepController {
     return s;
   }
 
-  bool watches_stiffness() const { return rules_.stiff_stage >= 0; }
+  bool watches_stiffness() const { return rules_.stiff_stage.has_value(); }
   static Condition is_stiff(const State& s) { return enough_hits <= s.hits; }
 
   /// Is the error estimate of a step of length dt to be believed? It is one number, and vanishes by chance

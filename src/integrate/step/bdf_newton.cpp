@@ -66,7 +66,7 @@ RoundingFloor::Answer BdfStepper::at_rounding(double length) {
       {rows_.positions, jacobian_.entries, rows_.in_mass,
        time_terms(here_.t + dt_, attempt_.y.data(), slopes.data()), [&](double* right) { solve(right); }},
       attempt_.y.data(), slopes.data(), attempt_.scale, dt_, length, sums);
-  if (rounding_.trouble > 0) trouble_ = rounding_text(rounding_, unknown_name(rounding_.worst));
+  if (rounding_.trouble > 0) trouble_ = rounding_text(rounding_, unknown_name(*rounding_.worst));
   if (answer == RoundingFloor::Answer::accepted)
     iteration_.tolerance = std::max(iteration_.tolerance, std::min(0.1, sums / 10 * rounding_.floor));
   return answer;

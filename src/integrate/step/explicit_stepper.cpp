@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "base/lru_cache.hpp"
@@ -87,7 +88,7 @@ StageRow ExplicitStepper::prediction(const Tableau& rk, int i) {
   return row;
 }
 
-ExplicitStepper::Rows ExplicitStepper::rows_of(const Tableau& rk, int stiff_stage) {
+ExplicitStepper::Rows ExplicitStepper::rows_of(const Tableau& rk, std::optional<int> stiff_stage) {
   const int stages = rk.stages();
   const auto without_zeros = [stages](const auto& factor) {
     StageRow row;
@@ -104,7 +105,7 @@ ExplicitStepper::Rows ExplicitStepper::rows_of(const Tableau& rk, int stiff_stag
   rows.b = without_zeros([&](int j) { return rk.b()[j]; });
   rows.error = without_zeros([&](int j) { return rk.b()[j] - (*rk.compared())[j]; });
   if (rk.bhat2()) rows.second_error = without_zeros([&](int j) { return rk.b()[j] - (*rk.bhat2())[j]; });
-  if (stiff_stage >= 0) rows.stiff = without_zeros([&](int j) { return rk.b()[j] - rk.A()(stiff_stage, j); });
+  if (stiff_stage) rows.stiff = without_zeros([&](int j) { return rk.b()[j] - rk.A()(*stiff_stage, j); });
   return rows;
 }
 
@@ -277,7 +278,7 @@ StepSigns<double> ExplicitStepper::signs(double dt) {
   double* difference = behind_stages(1);  // (x₁ - g)/h; the error estimate is no longer needed
   std::fill_n(difference, size, 0.0);
   add_stages(size, difference, 1, rows_.stiff, stages_.K.data(), difference);
-  const double* K = stages_.K.data() + static_cast<std::ptrdiff_t>(controller_.rules().stiff_stage) * size;
+  const double* K = stages_.K.data() + static_cast<std::ptrdiff_t>(*controller_.rules().stiff_stage) * size;
   for (int k = 0; k < size; ++k) {
     const double w = stages_.inverse_weight[k];
     const double f = (next_.xdot[k] - K[k]) * w, d = dt * difference[k] * w;

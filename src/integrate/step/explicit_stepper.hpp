@@ -4,6 +4,8 @@
 // extension of a step is the method itself with a smaller step: it needs nothing but the two ends.
 #pragma once
 
+#include <optional>
+
 #include "integrate/compiled/explicit_step.hpp"
 #include "integrate/problem/rhs_solver.hpp"
 #include "integrate/solve/stage_sums.hpp"
@@ -54,7 +56,7 @@ class ExplicitStepper final : public Stepper {
   static void check(const Tableau& rk);
   static StageRow prediction(const Tableau& rk, int i);
   void predict(int i, int size, double* values) const;
-  static Rows rows_of(const Tableau& rk, int stiff_stage);
+  static Rows rows_of(const Tableau& rk, std::optional<int> stiff_stage);
   /// Remembered: the stability limit takes longer to find than a short run.
   static std::shared_ptr<const Scheme> scheme_of(const TableauPtr& rk);
   double first_step(double end);

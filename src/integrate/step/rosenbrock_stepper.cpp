@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <unordered_set>
 
 #include "base/interrupt.hpp"
@@ -34,8 +35,8 @@ TimeSlopes time_slopes(const Problem& problem) {
   return {codegen::Kernel(slopes, problem.arguments()), any};
 }
 
-/// The first row with a factor of x′ that depends on more than parameters, or -1.
-int row_without_constant_mass(const Problem& problem) {
+/// The first row with a factor of x′ that depends on more than parameters.
+std::optional<int> row_without_constant_mass(const Problem& problem) {
   const int n = problem.n();
   const std::unordered_set<Expr> fixed(problem.model().p.begin(), problem.model().p.end());
   for (std::size_t k = 0; k < problem.pattern().size(); ++k) {
@@ -44,7 +45,7 @@ int row_without_constant_mass(const Problem& problem) {
     for (Expr leaf : leaves({&problem.partials()[k], 1}))
       if (!fixed.count(leaf) && symbol_of(leaf).kind != Kind::constant) return e.row;
   }
-  return -1;
+  return {};
 }
 
 }  // namespace
@@ -97,11 +98,11 @@ RosenbrockStepper::RosenbrockStepper(ProblemPtr problem, RosenbrockPtr method, T
 }
 
 void RosenbrockStepper::require_constant_mass() const {
-  static PerEquations<int> known;
-  const int row = known.of(*problem_, [&] { return row_without_constant_mass(*problem_); });
-  if (row >= 0)
+  static PerEquations<std::optional<int>> known;
+  const auto row = known.of(*problem_, [&] { return row_without_constant_mass(*problem_); });
+  if (row)
     throw Error(text("the method ", method_->name(), " needs M x′ = f with a constant M, but ",
-                     problem_->equation_name(row), " is not of this form; use method = \"radau\""));
+                     problem_->equation_name(*row), " is not of this form; use method = \"radau\""));
 }
 
 void RosenbrockStepper::start(const Point& point, double end) {

@@ -29,9 +29,9 @@ Ensemble::Ensemble(std::shared_ptr<const CompiledLaneStep> code, EnsemblePlan pl
   between_out_.assign(2 * n * W, 0);
   work_.assign(code_->workspace_size(), 0);
   row_.assign(2 * n + static_cast<std::size_t>(p_), 0);
-  set_.assign(W, -1);
+  set_.assign(W, no_set);
   place_.assign(W, 0);
-  ready_set_.assign(W, -1);
+  ready_set_.assign(W, no_set);
   next_ready_ = W_;
   for (Numbers* numbers : {&state_, &ready_})
     for (int l = 0; l < W_; ++l) {
@@ -53,21 +53,22 @@ Ensemble::Ensemble(std::shared_ptr<const CompiledLaneStep> code, EnsemblePlan pl
 bool Ensemble::prepare_starts(EnsembleClient& client) {
   next_ready_ = 0;
   for (int l = 0; l < W_; ++l) {
-    const int set = ready_set_[l] = client.next(row_.data(), row_.data() + n_);
-    if (set < 0) {
-      std::fill(ready_set_.begin() + l, ready_set_.end(), -1);
+    const auto set = client.next(row_.data(), row_.data() + n_);
+    if (!set) {
+      std::fill(ready_set_.begin() + l, ready_set_.end(), no_set);
       break;
     }
+    ready_set_[l] = *set;
     for (int k = 0; k < n_; ++k) at(ready_, code_->x() + k, l) = row_[k];
     for (int k = 0; k < p_; ++k) at(ready_, code_->p() + k, l) = row_[n_ + k];
   }
-  if (ready_set_[0] < 0) return false;
+  if (ready_set_[0] == no_set) return false;
   code_->start(ready_.data(), ready_out_.data(), work_.data());
   return true;
 }
 
 void Ensemble::report_point(EnsembleClient& client, const Numbers& from, int first, int l,
-                            const Numbers& p_from, int p_first, int set, int place, double t) {
+                            const Numbers& p_from, int p_first, int set, std::optional<int> place, double t) {
   double* to = row_.data();
   for (int k = 0; k < 2 * n_; ++k) *to++ = from[(first + k) * W_ + l];
   for (int k = 0; k < p_; ++k) *to++ = p_from[(p_first + k) * W_ + l];
@@ -82,7 +83,7 @@ void Ensemble::set_next_stop(int l) {
 
 /// Idles a lane without a set by steps of length 0.
 void Ensemble::rest(int l) {
-  set_[l] = -1;
+  set_[l] = no_set;
   at(state_, code_->of(lane::end), l) = at(state_, lane::t, l);
   at(state_, lane::repeated, l) = 0;
 }
@@ -90,7 +91,7 @@ void Ensemble::rest(int l) {
 /// Loads the next set that can be started into the lane.
 void Ensemble::load(EnsembleClient& client, int l) {
   for (;;) {
-    if (next_ready_ == W_ || ready_set_[next_ready_] < 0)
+    if (next_ready_ == W_ || ready_set_[next_ready_] == no_set)
       if (exhausted_ || !prepare_starts(client)) {
         exhausted_ = true;
         next_ready_ = W_;
@@ -158,7 +159,7 @@ void Ensemble::handle_lane(EnsembleClient& client, int l, std::vector<int>& free
     set_next_stop(l);
   }
   if (t >= plan_.to) {
-    report_point(client, out_, code_->x(), l, state_, code_->p(), set, -1, t);
+    report_point(client, out_, code_->x(), l, state_, code_->p(), set, {}, t);
     Stats stats;
     stats.steps = std::lround(steps);
     stats.rejected = std::lround(at(out_, lane::rejected, l));
@@ -196,7 +197,7 @@ bool Ensemble::is_rejected(EnsembleClient& client, int l) {
 }
 
 void Ensemble::run(EnsembleClient& client) {
-  ready_set_.assign(static_cast<std::size_t>(W_), -1);
+  ready_set_.assign(static_cast<std::size_t>(W_), no_set);
   next_ready_ = W_;
   exhausted_ = false;
   wanted_.clear();
@@ -207,11 +208,11 @@ void Ensemble::run(EnsembleClient& client) {
   const bool watched = client.watches_steps();
   const double* attention = out_.data() + code_->changing() * W_;
   const auto changing = code_->changing() * W_;
-  while (std::any_of(set_.begin(), set_.end(), [](int set) { return set >= 0; })) {
+  while (std::any_of(set_.begin(), set_.end(), [](int set) { return set != no_set; })) {
     poll_interrupt();
     code_->step(state_.data(), out_.data(), work_.data());
     for (int l = 0; l < W_; ++l) {
-      if (set_[l] < 0) continue;
+      if (set_[l] == no_set) continue;
       if (watched && is_rejected(client, l)) {
         client.abandoned(set_[l]);
         free.push_back(l);

@@ -6,6 +6,7 @@
 // with a shorter step, as explicit_stepper.hpp does.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "integrate/compiled/lane_step.hpp"
@@ -17,10 +18,11 @@ namespace pendula::integrate {
 class EnsembleClient {
  public:
   virtual ~EnsembleClient() = default;
-  /// Writes x (n numbers) and p of the next set; its number, or -1: there is none left.
-  virtual int next(double* x, double* p) = 0;
-  /// The point at wanted time number `place`; -1: the end.
-  virtual void point(int set, int place, double t, const double* x, const double* xdot, const double* p) = 0;
+  /// Writes x (n numbers) and p of the next set; its number, or none: there is none left.
+  virtual std::optional<int> next(double* x, double* p) = 0;
+  /// The point at wanted time number `place`; none: the end.
+  virtual void point(int set, std::optional<int> place, double t, const double* x, const double* xdot,
+                     const double* p) = 0;
   /// All its points were reported.
   virtual void finished(int set, const Stats& stats) = 0;
   /// Not finite, step size vanished, too many steps, or stiff: a separate run solves it or reports the error.
@@ -57,7 +59,7 @@ class Ensemble {
   void add_between(EnsembleClient& client, int l, int place, double t);
   void flush(EnsembleClient& client);
   void report_point(EnsembleClient& client, const Numbers& from, int first, int l, const Numbers& p_from,
-                    int p_first, int set, int place, double t);
+                    int p_first, int set, std::optional<int> place, double t);
   void set_next_stop(int l);
   void rest(int l);
 
@@ -66,8 +68,9 @@ class Ensemble {
   int W_, n_, p_;
   double rounding_;
   Numbers state_, out_, work_, row_;
-  std::vector<int> set_, place_;  ///< of every lane: its set or -1, the next wanted time
-  Numbers ready_, ready_out_;     ///< sets that have been started
+  static constexpr int no_set = -1;  ///< of a lane: an integer, since every step asks for it
+  std::vector<int> set_, place_;     ///< of every lane: its set, the next wanted time
+  Numbers ready_, ready_out_;        ///< sets that have been started
   std::vector<int> ready_set_;
   int next_ready_ = 0;
   bool exhausted_ = false;  ///< no sets are left to be started

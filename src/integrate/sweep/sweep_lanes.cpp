@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
@@ -150,16 +151,16 @@ bool LaneSweep::map_arguments(const Problem& problem, const std::vector<Expr>& a
   for (Expr leaf : arguments) {
     const auto place = [&](const std::vector<Expr>& list) {
       const auto at = std::find(list.begin(), list.end(), leaf);
-      return at == list.end() ? -1 : static_cast<int>(at - list.begin());
+      return at == list.end() ? std::optional<int>() : static_cast<int>(at - list.begin());
     };
     if (leaf == time_symbol()) {
       stored_.emplace_back(Source::time, 0);
-    } else if (const int i = place(form.x); i >= 0) {
-      stored_.emplace_back(Source::x, i);
-    } else if (const int k = place(form.xdot); k >= 0) {
-      stored_.emplace_back(Source::xdot, k);
-    } else if (const int j = place(form.p); j >= 0) {
-      stored_.emplace_back(Source::p, j);
+    } else if (const auto i = place(form.x)) {
+      stored_.emplace_back(Source::x, *i);
+    } else if (const auto k = place(form.xdot)) {
+      stored_.emplace_back(Source::xdot, *k);
+    } else if (const auto j = place(form.p)) {
+      stored_.emplace_back(Source::p, *j);
     } else {
       return false;
     }
@@ -203,27 +204,28 @@ class LaneSweep::Client : public EnsembleClient {
         put(base_.data(), leaf, value);
   }
 
-  int next(double* x, double* p) override {
+  std::optional<int> next(double* x, double* p) override {
     while (left_ > 0) {
-      const int run = queue_.next();
-      if (run < 0) return -1;
+      const auto run = queue_.next();
+      if (!run) return {};
       --left_;
-      claimed_.push_back(run);
-      if (!begin(sweep_.request_->set(slots_.run(run)), run, x, p)) continue;
-      poles_.start(run, sweep_.plan_.from, x, p);
+      claimed_.push_back(*run);
+      if (!begin(sweep_.request_->set(slots_.run(*run)), *run, x, p)) continue;
+      poles_.start(*run, sweep_.plan_.from, x, p);
       return run;
     }
-    return -1;
+    return {};
   }
-  void point(int run, int place, double t, const double* x, const double* xdot, const double* p) override {
+  void point(int run, std::optional<int> place, double t, const double* x, const double* xdot,
+             const double* p) override {
     double* to = slots_.numbers(run) + store::Record::head +
-                 sweep_.stored_.size() * static_cast<std::size_t>(place + 1);
+                 sweep_.stored_.size() * (place ? static_cast<std::size_t>(*place) + 1 : 0);  // the end first
     for (const auto& [source, k] : sweep_.stored_)
       *to++ = source == Source::time   ? t
               : source == Source::x    ? x[k]
               : source == Source::xdot ? xdot[k]
                                        : p[k];
-    if (place < 0) slots_.numbers(run)[0] = t;
+    if (!place) slots_.numbers(run)[0] = t;
     poles_.update(run, t, x, p);
   }
   void finished(int run, const Stats& stats) override {
@@ -300,7 +302,7 @@ class LaneSweep::Client : public EnsembleClient {
   struct LaneWatch {
     PeakMonitor peaks;
     SwitchMonitor switches;
-    int run = -1;
+    std::optional<int> run;
     ProblemPtr problem;
     bool is_empty() const { return peaks.is_empty() && switches.is_empty(); }
   };

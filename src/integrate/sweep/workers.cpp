@@ -88,7 +88,7 @@ void SharedSlots::set(int task, State state, const std::string& failure) {
 
 int SharedSlots::finished() const { return counters(memory_).finished; }
 
-int TaskQueue::next() {
+std::optional<int> TaskQueue::next() {
   Counters& c = counters(slots_.memory_);
   for (int i = c.next.fetch_add(1); i < slots_.tasks(); i = c.next.fetch_add(1)) {
     if (slots_.state(i) != SharedSlots::State::waiting) continue;
@@ -98,7 +98,7 @@ int TaskQueue::next() {
     return i;
   }
   c.since[worker_] = 0;
-  return -1;
+  return {};
 }
 void TaskQueue::begin_again() { counters(slots_.memory_).next = 0; }
 
@@ -125,8 +125,9 @@ bool work(TaskQueue& queue, const std::function<void(TaskQueue&)>& drain) {
 void drain_singly(SharedSlots& slots, TaskQueue& queue, const std::function<void(int, double*)>& run,
                   const std::function<void(int)>& progress, int limit = std::numeric_limits<int>::max()) {
   for (int k = 0; k < limit; ++k) {
-    const int i = queue.next();
-    if (i < 0) return;
+    const auto claimed = queue.next();
+    if (!claimed) return;
+    const int i = *claimed;
     try {
       poll_interrupt();
       run(i, slots.numbers(i));

@@ -9,6 +9,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -48,8 +49,8 @@ class SharedSlots {
 class TaskQueue {
  public:
   explicit TaskQueue(SharedSlots& slots, int worker = 0) : slots_(slots), worker_(worker) {}
-  /// Claims a waiting task, which is `running` then; -1: none is left.
-  int next();
+  /// Claims a waiting task, which is `running` then; nothing: none is left.
+  std::optional<int> next();
   void begin_again();
 
  private:

@@ -1,6 +1,7 @@
 #include "lti/design/reduction.hpp"
 
 #include <cmath>
+#include <optional>
 
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
@@ -26,13 +27,13 @@ struct Projection {
   Vec hankel;   ///< all Hankel singular values
 };
 
-Projection projection(const System& g, Index order) {
+Projection projection(const System& g, std::optional<Index> order = {}) {
   if (g.ss.order() == 0) throw Error("the system has no states");
   const Mat Lc = root(numbers(gramian(g, true))), Lo = root(numbers(gramian(g, false)));
   const Eigen::JacobiSVD<Mat> svd(Lo.transpose() * Lc, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Vec sigma = svd.singularValues();
   const auto numerical = static_cast<Index>((sigma.array() > 1e-13 * sigma[0]).count());
-  const Index kept = order < 0 ? numerical : std::min(order, numerical);
+  const Index kept = order ? std::min(*order, numerical) : numerical;
   const Vec scale = sigma.head(kept).cwiseSqrt().cwiseInverse();
   return {Lc * svd.matrixV().leftCols(kept) * scale.asDiagonal(),
           scale.asDiagonal() * svd.matrixU().leftCols(kept).transpose() * Lo.transpose(), sigma};
@@ -69,7 +70,7 @@ System residualised(const System& g, Index kept) {
 Balanced balanced(const System& given) {
   const System g = to_ss(with_numbers(given));
   if (g.ss.order() == 0) throw Error("the system has no states");
-  const Projection p = projection(g, -1);
+  const Projection p = projection(g);
   if (p.T.cols() < g.ss.order())
     throw Error(text("a balanced realisation needs a minimal system, but only ", p.T.cols(), " of ",
                      g.ss.order(), " states are both controllable and observable: minreal(G) first"));
@@ -82,7 +83,7 @@ Reduction reduced(const System& given, int order, const std::string& method) {
     throw Error(text("order must lie between 0 and ", g.ss.order(), ", the number of states, got ", order));
   if (method != "truncate" && method != "dc")
     throw Error(text("unknown method '", method, "' (methods: truncate, dc)"));
-  const Projection p = projection(g, method == "truncate" ? order : -1);
+  const Projection p = projection(g, method == "truncate" ? std::optional<Index>(order) : std::nullopt);
   Reduction out{transformed(g, p), p.hankel, 0};
   if (method == "dc" && out.system.ss.order() > order) out.system = residualised(out.system, order);
   out.bound = 2 * p.hankel.tail(p.hankel.size() - order).sum();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 
 #include "base/lua_name.hpp"
 
@@ -46,8 +47,8 @@ class Scanner {
     if (is_letter(c)) return word();
     if (is_digit(c) || (c == '.' && is_digit(peek(1)))) return number();
     if (c == '"' || c == '\'') return quoted(c);
-    if (const int level = long_bracket(at_); level >= 0)
-      return add(skip_long(level) ? TokenKind::string : TokenKind::unfinished_long, begin);
+    if (const auto level = long_bracket(at_))
+      return add(skip_long(*level) ? TokenKind::string : TokenKind::unfinished_long, begin);
     symbol();
   }
 
@@ -58,8 +59,8 @@ class Scanner {
   void comment() {
     const std::size_t begin = at_;
     at_ += 2;
-    if (const int level = long_bracket(at_); level >= 0) {
-      if (!skip_long(level)) add(TokenKind::unfinished_long, begin);
+    if (const auto level = long_bracket(at_)) {
+      if (!skip_long(*level)) add(TokenKind::unfinished_long, begin);
       return;
     }
     at_ = std::min(source_.find('\n', at_), source_.size());
@@ -102,12 +103,13 @@ class Scanner {
     add(closed ? TokenKind::string : TokenKind::unfinished_string, begin);
   }
 
-  /// The number of = signs of the long bracket that opens here, or -1.
-  int long_bracket(std::size_t at) const {
-    if (at >= source_.size() || source_[at] != '[') return -1;
+  /// The number of = signs of the long bracket that opens here, if one does.
+  std::optional<int> long_bracket(std::size_t at) const {
+    if (at >= source_.size() || source_[at] != '[') return {};
     std::size_t end = at + 1;
     while (end < source_.size() && source_[end] == '=') ++end;
-    return end < source_.size() && source_[end] == '[' ? static_cast<int>(end - at - 1) : -1;
+    if (end >= source_.size() || source_[end] != '[') return {};
+    return static_cast<int>(end - at - 1);
   }
 
   bool skip_long(int level) {

@@ -63,11 +63,11 @@ CountProgress::CountProgress(std::string title, std::string what, int count)
       begin_(std::chrono::steady_clock::now()) {}
 
 void CountProgress::operator()(int done) {
-  if (first_ < 0) first_ = done;
+  if (!first_) first_ = done;
   if (done == last_ || !line_.due()) return;
   last_ = done;
   const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - begin_;
-  const double rate = (done - first_) / passed.count();
+  const double rate = (done - *first_) / passed.count();
   std::string out = text(title_, ": ", done, " of ", count_, " ", what_);
   if (rate > 0) out += text(", ", rounded(rate, 2), "/s, ", rounded((count_ - done) / rate, 2), " s left");
   line_.show(out);

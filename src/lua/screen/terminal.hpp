@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
 #include <string>
 
 struct lua_State;
@@ -47,7 +48,8 @@ class CountProgress {
 
  private:
   std::string title_, what_;
-  int count_, first_ = -1, last_ = -1;
+  int count_;
+  std::optional<int> first_, last_;  ///< shown
   ProgressLine line_;
   std::chrono::steady_clock::time_point begin_;
 };

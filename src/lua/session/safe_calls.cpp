@@ -1,6 +1,9 @@
 // pcall, xpcall and coroutines for scripts, as in lbaselib.c and lcorolib.c, except that the interrupt marker
 // is raised again instead of returned to the script.
 #include "lua/session/safe_calls.hpp"
+
+#include <optional>
+
 #include "lua/core/interrupts.hpp"
 #include "lua/core/trampoline.hpp"
 
@@ -56,12 +59,12 @@ int safe_xpcall(lua_State* L) {
   return finish(L, lua_pcallk(L, lua_gettop(L) - 4, LUA_MULTRET, 2, 2, finish), 2);
 }
 
-/// Resumes `co` with `arguments` values from the top of L. Returns the number of results moved to L, or -1
-/// with the error value on top.
-int resume(lua_State* L, lua_State* co, int arguments) {
+/// Resumes `co` with `arguments` values from the top of L. Returns the number of results moved to L, or
+/// nothing with the error value on top.
+std::optional<int> resume(lua_State* L, lua_State* co, int arguments) {
   if (!lua_checkstack(co, arguments)) {
     lua_pushliteral(L, "too many arguments to resume");
-    return -1;
+    return {};
   }
   lua_xmove(L, co, arguments);
   int results = 0;
@@ -74,14 +77,14 @@ int resume(lua_State* L, lua_State* co, int arguments) {
     if (!lua_checkstack(L, results + 1)) {
       lua_pop(co, results);
       lua_pushliteral(L, "too many results to resume");
-      return -1;
+      return {};
     }
     lua_xmove(co, L, results);
     return results;
   }
   lua_xmove(co, L, 1);
   if (is_interrupt_marker(L, -1)) lua_error(L);
-  return -1;
+  return {};
 }
 
 lua_State* coroutine_argument(lua_State* L) {
@@ -92,22 +95,22 @@ lua_State* coroutine_argument(lua_State* L) {
 
 int safe_resume(lua_State* L) {
   lua_State* co = coroutine_argument(L);
-  const int results = resume(L, co, lua_gettop(L) - 1);
-  lua_pushboolean(L, results >= 0);
-  if (results < 0) {
+  const auto results = resume(L, co, lua_gettop(L) - 1);
+  lua_pushboolean(L, results.has_value());
+  if (!results) {
     lua_insert(L, -2);
     return 2;
   }
-  lua_insert(L, -(results + 1));
-  return results + 1;
+  lua_insert(L, -(*results + 1));
+  return *results + 1;
 }
 
 /// The function returned by coroutine.wrap. Errors propagate unchanged: they name their own line, and a
 /// second position (as in lcorolib.c) would mislead.
 int wrapped(lua_State* L) {
   lua_State* co = lua_tothread(L, lua_upvalueindex(1));
-  const int results = resume(L, co, lua_gettop(L));
-  if (results >= 0) return results;
+  const auto results = resume(L, co, lua_gettop(L));
+  if (results) return *results;
   const int status = lua_status(co);
   if (status != LUA_OK && status != LUA_YIELD) {  // after an error, run the pending to-be-closed variables
     if (lua_resetthread(co) != LUA_OK) lua_xmove(co, L, 1);

@@ -128,20 +128,21 @@ Complexes transform(const Vec& u) {
   return x;
 }
 
-}  // namespace
-
+/// The order that prbs() takes.
 int prbs_order(long samples, const Prbs& o) {
-  if (o.order) return o.order;
+  if (o.order) return *o.order;
   int order = 2;
-  while (order < 24 && prbs_period(order, o.hold) < samples) ++order;
+  while (order < 24 && ((1L << order) - 1) * o.hold < samples) ++order;
   return order;
 }
+
+}  // namespace
 
 Vec prbs(long samples, const Prbs& o) {
   check_samples(samples);
   check_levels(o.low, o.high);
-  if (o.order != 0 && (o.order < 2 || o.order > 24))
-    throw Error(text("the order of the register must lie between 2 and 24, got ", o.order));
+  if (o.order && (*o.order < 2 || *o.order > 24))
+    throw Error(text("the order of the register must lie between 2 and 24, got ", *o.order));
   if (o.hold < 1) throw Error(text("hold must be at least 1 sample, got ", o.hold));
   const int order = prbs_order(samples, o);
   const std::uint32_t mask = (1u << order) - 1;

@@ -15,15 +15,13 @@ namespace pendula::sysid {
 /// Register Sequences). Over a period the autocorrelation is 1 and -1/(2^order - 1): persistently
 /// exciting of order 2^order - 1.
 struct Prbs {
-  int order = 0;  ///< 2 … 24; 0: the shortest register whose period is not below the number of samples
+  std::optional<int>
+      order;  ///< 2 … 24; none: the shortest register whose period is not below the number of samples
   int hold = 1;
   double low = -1, high = 1;
   long seed = 1;  ///< contents of the register, not 0 modulo 2^order
 };
 Vec prbs(long samples, const Prbs& options = {});
-/// The order that prbs() takes, and the period of its signal in samples.
-int prbs_order(long samples, const Prbs& options);
-inline long prbs_period(int order, int hold) { return ((1L << order) - 1) * hold; }
 
 /// Σ aₖ cos(2πkt/N + φₖ), t = 0 … N-1, over the lines k; persistently exciting of order 2·(number of lines)
 /// (a line at k = N/2 counts once). Schroeder's phases φₖ = -π j(j-1)/K keep the crest factor low (IEEE

@@ -121,7 +121,7 @@ double first_value(const GreyBoxRequest& r, Expr state, Index experiment) {
 
 namespace {
 
-void add_parameter(GreyBoxRequest& r, Expr p, double value, Index owner) {
+void add_parameter(GreyBoxRequest& r, Expr p, double value, std::optional<Index> owner) {
   r.parameters.push_back(p);
   r.owner.push_back(owner);
   const Index n = r.guess.size();
@@ -139,7 +139,7 @@ void add_parameter(GreyBoxRequest& r, Expr p, double value, Index owner) {
 GreyBoxRequest complete(const GreyBoxRequest& given) {
   GreyBoxRequest r = given;
   const auto count = given.parameters.size();
-  r.owner.assign(count, -1);
+  r.owner.assign(count, {});
   const Index experiments = given.data.experiments();
   for (std::size_t i = 0; i < count && experiments > 1; ++i) {
     if (is_parameter(given.parameters[i])) continue;
@@ -149,14 +149,14 @@ GreyBoxRequest complete(const GreyBoxRequest& given) {
   }
   for (Index k = 0; k < experiments; ++k)
     for (const auto& [state, value] : Experiment(given, k).open_values(given.guess))
-      add_parameter(r, state, value, experiments > 1 ? k : -1);
+      add_parameter(r, state, value, experiments > 1 ? std::optional(k) : std::nullopt);
   return r;
 }
 
 std::string name_of(const GreyBoxRequest& r, std::size_t i) {
   const Expr p = r.parameters[i];
   if (is_parameter(p)) return to_text(p);
-  return to_text(p) + (r.owner[i] < 0 ? "(0)" : text("(0) of experiment ", r.owner[i] + 1));
+  return to_text(p) + (r.owner[i] ? text("(0) of experiment ", *r.owner[i] + 1) : "(0)");
 }
 
 /// σ² (JᵀJ)⁻¹ for the parameters that are not at a bound.
@@ -251,7 +251,7 @@ GreyBoxFit fit(const GreyBoxRequest& given) {
 
 void hold(GreyBoxRequest& r, Index held, double value) {
   const Expr p = r.parameters[held];
-  if (r.owner[held] >= 0)
+  if (r.owner[held])
     throw Error(text(to_text(p), " is the initial value of one experiment of several and cannot be held; ",
                      "fit that experiment alone"));
   if (is_parameter(p)) {

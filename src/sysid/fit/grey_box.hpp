@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 
 #include "integrate/simulation/simulate.hpp"
 #include "sysid/fit/bounded_search.hpp"
@@ -26,8 +27,8 @@ struct GreyBoxRequest {
   double rtol = 1e-8, atol = 1e-10;
   int iterations = 100;
   double from = 0;
-  Bounds bounds;               ///< on the parameters, in their order; empty: none
-  std::vector<Index> owner{};  ///< per parameter: its experiment, or -1 for all; fit() fills it
+  Bounds bounds;                              ///< on the parameters, in their order; empty: none
+  std::vector<std::optional<Index>> owner{};  ///< per parameter: its experiment, none for all; fit() fills it
 };
 
 /// Fixed steps would step across its borders and events.

@@ -28,7 +28,7 @@ class Experiment {
 
  private:
   /// Does parameter i belong to this experiment?
-  bool owns(std::size_t i) const { return r_.owner.empty() || r_.owner[i] < 0 || r_.owner[i] == number_; }
+  bool owns(std::size_t i) const { return r_.owner.empty() || !r_.owner[i] || r_.owner[i] == number_; }
   dae::StartRequest start_at(const Vec& theta) const;
   integrate::Simulation simulation_at(const Vec& theta) const;
 

@@ -318,14 +318,14 @@ ParameterSet parameter_set(Regression r, double low, double high) {
   return s;
 }
 
-Index violated(const ParameterSet& s, const Vec& theta) {
+std::optional<Index> violated(const ParameterSet& s, const Vec& theta) {
   for (Index t = 0; t < s.strips.Phi.rows(); ++t) {
     const double value = s.strips.Phi.row(t).dot(theta);
     const double rounding = 1e-12 * (s.strips.Phi.row(t).cwiseAbs().dot(theta.cwiseAbs()) +
                                      std::abs(s.strips.lower[t]) + std::abs(s.strips.upper[t]));
     if (value < s.strips.lower[t] - rounding || value > s.strips.upper[t] + rounding) return t;
   }
-  return -1;
+  return {};
 }
 
 namespace {

@@ -71,7 +71,7 @@ struct ParameterSet {
 };
 ParameterSet parameter_set(Regression r, double low, double high);
 std::string describe(const ParameterSet& s);
-/// low ≤ y_t - φ_tᵀθ ≤ high for all t, up to rounding; the first row that fails, or -1.
-Index violated(const ParameterSet& s, const Vec& theta);
+/// low ≤ y_t - φ_tᵀθ ≤ high for all t, up to rounding; the first row that fails.
+std::optional<Index> violated(const ParameterSet& s, const Vec& theta);
 
 }  // namespace pendula::sysid

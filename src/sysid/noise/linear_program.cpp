@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
@@ -39,14 +40,14 @@ Scaled scaled(const LinearProgram& lp, double size) {
   return s;
 }
 
-/// Index of the most violated constraint, or -1.
-Index most_violated(const Scaled& s, const Vec& x, const std::vector<Index>& active) {
+/// Index of the most violated constraint, if one is.
+std::optional<Index> most_violated(const Scaled& s, const Vec& x, const std::vector<Index>& active) {
   Vec violation = s.rows.transpose() * x - s.h;
   for (const Index i : active) violation[i] = -infinity;
   Index worst = -1;
   const double excess = violation.maxCoeff(&worst);
   const double size = std::abs(s.h[worst]) + s.rows.col(worst).cwiseAbs().dot(x.cwiseAbs());
-  return excess > 1e-12 * (1e-3 + size) ? worst : -1;
+  return excess > 1e-12 * (1e-3 + size) ? std::optional(worst) : std::nullopt;
 }
 
 }  // namespace
@@ -70,10 +71,10 @@ LinearSolution solve(const LinearProgram& lp) {
     out.x = lu.solve(h);
     out.multipliers = lu.transpose().solve(Vec(-lp.c));
     out.multipliers = out.multipliers.cwiseMax(0.0);
-    const Index enter = most_violated(s, out.x, out.active);
-    if (enter < 0) break;
+    const auto enter = most_violated(s, out.x, out.active);
+    if (!enter) break;
     // the entering row as a combination of the active ones; those with positive weight may leave
-    const Vec weight = lu.transpose().solve(Vec(s.rows.col(enter)));
+    const Vec weight = lu.transpose().solve(Vec(s.rows.col(*enter)));
     Index leave = -1;
     double best = infinity;
     for (Index i = 0; i < n; ++i) {
@@ -88,7 +89,7 @@ LinearSolution solve(const LinearProgram& lp) {
       out.status = LinearSolution::Status::infeasible;
       return out;
     }
-    out.active[leave] = enter;
+    out.active[leave] = *enter;
   }
   for (std::size_t i = 0; i < out.active.size(); ++i)
     if (out.active[i] >= s.real && out.multipliers[i] > 1e-12 * lp.c.norm())
@@ -123,7 +124,7 @@ std::vector<Index> starting_rows(const Mat& Phi, const Vec& e) {
 
 /// The basic residual that leaves 0, and its sign.
 struct Edge {
-  Index row = -1;  ///< -1: none reduces the cost
+  std::optional<Index> row;  ///< none: no edge reduces the cost
   double sign = 1, rate = 0;
 };
 
@@ -177,8 +178,8 @@ Vec least_absolute(const Mat& Phi, const Vec& measured, double up, double down) 
     if (!(cost < previous * (1 - 1e-15))) break;
     previous = cost;
     const Edge edge = steepest_edge(lu.transpose().solve(g), up, down);
-    if (edge.row < 0) break;
-    const Vec direction = -edge.sign * Vec(lu.solve(Vec(Vec::Unit(n, edge.row))));
+    if (!edge.row) break;
+    const Vec direction = -edge.sign * Vec(lu.solve(Vec(Vec::Unit(n, *edge.row))));
     const Vec change = -(Phi * direction);  // of e per unit step
     crossings.clear();
     for (Index t = 0; t < N; ++t) {
@@ -194,7 +195,7 @@ Vec least_absolute(const Mat& Phi, const Vec& measured, double up, double down) 
       if (slope >= 0) break;
     }
     if (stop < 0) throw Failure("least absolute deviations: the problem is unbounded");
-    rows[edge.row] = stop;
+    rows[*edge.row] = stop;
   }
   Vec rhs(n);
   for (Index i = 0; i < n; ++i) {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "base/decompositions.hpp"
 #include "base/interrupt.hpp"
@@ -264,20 +265,19 @@ LeastSquares solve_blocked(const Regressor& regressor) {
   return solve_triangular(factor.R(), factor.rows());
 }
 
-LeastSquares solve_structured(const Regressor& regressor) {
+std::optional<LeastSquares> solve_structured(const Regressor& regressor) {
   const Index d = regressor.columns();
   const std::vector<Segment> segments = segments_of(regressor);
   const Mat gram = gram_of(segments, d);
   LeastSquares out;
-  out.rank = -1;
   out.rows = regressor.rows();
   out.scale = gram.diagonal().head(d).cwiseSqrt();
   out.y_norm = std::sqrt(gram(d, d));
-  if (!(out.scale.minCoeff() > 0)) return out;
+  if (!(out.scale.minCoeff() > 0)) return {};
   const Mat scaled = out.scale.cwiseInverse().asDiagonal() * gram.topLeftCorner(d, d) *
                      out.scale.cwiseInverse().asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Mat> spectrum(scaled, Eigen::EigenvaluesOnly);
-  if (!(spectrum.eigenvalues()[0] > 1e-8 * spectrum.eigenvalues()[d - 1])) return out;
+  if (!(spectrum.eigenvalues()[0] > 1e-8 * spectrum.eigenvalues()[d - 1])) return {};
   out.inverse = out.scale.cwiseInverse().asDiagonal() * Mat(scaled.llt().solve(Mat(Mat::Identity(d, d)))) *
                 out.scale.cwiseInverse().asDiagonal();
   out.theta = out.inverse * gram.col(d).head(d);
@@ -290,8 +290,7 @@ LeastSquares solve_structured(const Regressor& regressor) {
 LeastSquares solve_regression(const Regressor& regressor) {
   const Index many = 2000;
   if (regressor.rows() >= many && regressor.columns() > 0 && regressor.ranges().size() < 1000) {
-    LeastSquares fast = solve_structured(regressor);
-    if (fast.rank >= 0) return fast;
+    if (auto fast = solve_structured(regressor)) return std::move(*fast);
   }
   return solve_blocked(regressor);
 }

@@ -7,6 +7,8 @@
 // (Golub & Van Loan §5.3.8) gives the digits of an orthogonal factorisation. docs/derivations.md#regression.
 #pragma once
 
+#include <optional>
+
 #include "sysid/regression/least_squares.hpp"
 #include "sysid/regression/regressor.hpp"
 
@@ -19,10 +21,10 @@ LeastSquares solve_regression(const Regressor& regressor);
 /// The factor of [Φ y] over the usable rows, in blocks; `outputs`: the columns that stand in the place of y.
 TriangularFactor triangular_factor(const Regressor& regressor, const Mat* outputs = nullptr);
 
-/// Each of the two methods by itself, for tests. structured() says with rank -1 that Φ is
-/// too badly conditioned for it (condition above 10⁴ after scaling, where squaring would
-/// cost more than half the digits).
+/// Each of the two methods by itself, for tests. solve_structured() gives nothing
+/// where Φ is too badly conditioned for it (condition above 10⁴ after scaling, where squaring would cost more
+/// than half the digits).
 LeastSquares solve_blocked(const Regressor& regressor);
-LeastSquares solve_structured(const Regressor& regressor);
+std::optional<LeastSquares> solve_structured(const Regressor& regressor);
 
 }  // namespace pendula::sysid

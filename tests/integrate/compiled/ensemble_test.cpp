@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <map>
+#include <optional>
 
 #include <doctest/doctest.h>
 
@@ -45,16 +46,17 @@ struct Result {
 class List : public EnsembleClient {
  public:
   explicit List(std::vector<double> values) : values_(std::move(values)) {}
-  int next(double* state, double* p) override {
-    if (next_ == static_cast<int>(values_.size())) return -1;
+  std::optional<int> next(double* state, double* p) override {
+    if (next_ == static_cast<int>(values_.size())) return {};
     state[0] = 1, state[1] = 0, p[0] = values_[next_];
     return next_++;
   }
-  void point(int set, int place, double t, const double* state, const double*, const double* p) override {
+  void point(int set, std::optional<int> place, double t, const double* state, const double*,
+             const double* p) override {
     CHECK(p[0] == values_[set]);
     auto& numbers = of(set).numbers;
     numbers.resize(18);  // five times and the end
-    double* to = numbers.data() + 3 * (place < 0 ? 5 : place);
+    double* to = numbers.data() + 3 * place.value_or(5);
     to[0] = t, to[1] = state[0], to[2] = state[1];
   }
   void finished(int set, const Stats& stats) override {
@@ -153,13 +155,13 @@ TEST_CASE("ensemble: too many steps, a stiff set and one that is not defined are
   plan.rtol = Vec::Constant(1, 1e-6), plan.atol = Vec::Constant(1, 1e-8);
   class One : public EnsembleClient {
    public:
-    int next(double* s, double* parameters) override {
+    std::optional<int> next(double* s, double* parameters) override {
       const double values[] = {2, 0.5, 1e4, 3};
-      if (next_ == 4) return -1;
+      if (next_ == 4) return {};
       s[0] = 1, parameters[0] = values[next_];
       return next_++;
     }
-    void point(int, int, double, const double*, const double*, const double*) override {}
+    void point(int, std::optional<int>, double, const double*, const double*, const double*) override {}
     void finished(int set, const Stats&) override { text += "finished " + std::to_string(set) + ", "; }
     void abandoned(int set) override { text += "abandoned " + std::to_string(set) + ", "; }
     std::string text;

@@ -92,7 +92,7 @@ TEST_CASE("explicit code: none where the system refuses more executable memory, 
     const TableauPtr method = drawn("0 | \n 1/2 | 1/2 \n | 0 1 \n | 1 0");
     const Tolerances tolerances = Tolerances::uniform(2, 1e-6, 1e-6);
     for (int k = 0; k < 2; ++k)
-      if (CompiledExplicitStep::make(*p, *method, -1, tolerances)) return 1;
+      if (CompiledExplicitStep::make(*p, *method, {}, tolerances)) return 1;
     return 0;
   });
 }

@@ -55,8 +55,8 @@ std::optional<Stop> TangencyMonitor::after(const MonitoredStep& step) {
   const std::vector<double>& g = finder_.values();
   std::optional<Stop> stop;
   known_count_ = 0;
-  if (const int gone = finder_.vanished(g); gone >= 0)  // a step that happens to end at the zero
-    return Stop{step.here.t, events_[gone].termination_reason, step.before.t};
+  if (const auto gone = finder_.vanished(g))  // a step that happens to end at the zero
+    return Stop{step.here.t, events_[*gone].termination_reason, step.before.t};
   const bool fresh = seen_.size() != g.size();
   if (fresh) seen_.assign(g.size(), {});
   for (std::size_t i = 0; i < g.size(); ++i) {

@@ -64,7 +64,7 @@ int events(Call& call) {
     lua_newtable(L);
     push_expr(L, event.when);
     lua_setfield(L, -2, "when");
-    lua_pushinteger(L, event.direction);
+    lua_pushinteger(L, static_cast<int>(event.direction));
     lua_setfield(L, -2, "direction");
     if (event.stop) {
       lua_pushliteral(L, "stop");

@@ -25,16 +25,19 @@ std::vector<std::pair<Expr, Expr>> read_reset(lua_State* L, int index, std::span
   return result;
 }
 
-static int read_direction(lua_State* L, int index, const std::string& what) {
-  if (lua_isnil(L, index)) return 0;
+static dae::Direction read_direction(lua_State* L, int index, const std::string& what) {
+  using dae::Direction;
+  if (lua_isnil(L, index)) return Direction::both;
   if (lua_type(L, index) == LUA_TSTRING) {
     const std::string word = lua_tostring(L, index);
-    if (word == "falling" || word == "down") return -1;
-    if (word == "rising" || word == "up") return 1;
-    if (word == "both") return 0;
+    if (word == "falling" || word == "down") return Direction::falling;
+    if (word == "rising" || word == "up") return Direction::rising;
+    if (word == "both") return Direction::both;
   } else if (lua_isnumber(L, index)) {
     const double d = lua_tonumber(L, index);
-    if (d == 0 || d == 1 || d == -1 || d == 2 || d == -2) return static_cast<int>(d);
+    for (const Direction known : {Direction::falling_or_negative, Direction::falling, Direction::both,
+                                  Direction::rising, Direction::rising_or_positive})
+      if (d == static_cast<int>(known)) return known;
   }
   throw Error(text(
       what,

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/text.hpp"
 
@@ -12,8 +13,8 @@ namespace {
 
 // ── construction ──
 
-long size_argument(Call& call, int i, const char* name, long fallback) {
-  const long n = fallback < 0 ? call.integer(i, name) : call.integer(i, name, fallback);
+long size_argument(Call& call, int i, const char* name, std::optional<long> fallback = {}) {
+  const long n = fallback ? call.integer(i, name, *fallback) : call.integer(i, name);
   if (n < 0) throw Error(text(name, " is ", n, ", but a size cannot be negative"));
   return n;
 }
@@ -47,13 +48,13 @@ int mat(Call& call) {
 }
 
 int eye(Call& call) {
-  const long n = size_argument(call, 1, "n", -1);
+  const long n = size_argument(call, 1, "n");
   check_size(n, n);
   return push_matrix(call.L, MatX(MatX::Identity(n, n)));
 }
 
 int constant(Call& call, int value) {
-  const long rows = size_argument(call, 1, "rows", -1), cols = size_argument(call, 2, "cols", 1);
+  const long rows = size_argument(call, 1, "rows"), cols = size_argument(call, 2, "cols", 1);
   check_size(rows, cols);
   return push_matrix(call.L, MatX(MatX::Constant(rows, cols, Expr(value))));
 }

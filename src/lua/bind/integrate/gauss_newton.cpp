@@ -118,7 +118,7 @@ int order(Call& call) {
   return push_or_nil(call, run_of(call).observed.order > 0, run_of(call).observed.order);
 }
 int rate(Call& call) { return push_or_nil(call, run_of(call).observed.rate > 0, run_of(call).observed.rate); }
-int predicted(Call& call) { return push_or_nil(call, run_of(call).predicted >= 0, run_of(call).predicted); }
+int predicted(Call& call) { return push_or_nil(call, run_of(call).predicted); }
 int errors(Call& call) {
   if (run_of(call).observed.error.empty()) return lua_pushnil(call.L), 1;
   return push_column(call, run_of(call).observed.error);

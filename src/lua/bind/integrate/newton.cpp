@@ -164,9 +164,7 @@ int newton_order(Call& call) {
 int newton_rate(Call& call) {
   return push_or_nil(call, newton_of(call).run.observed.rate > 0, newton_of(call).run.observed.rate);
 }
-int newton_predicted(Call& call) {
-  return push_or_nil(call, newton_of(call).run.predicted >= 0, newton_of(call).run.predicted);
-}
+int newton_predicted(Call& call) { return push_or_nil(call, newton_of(call).run.predicted); }
 int newton_errors(Call& call) {
   const auto& run = newton_of(call).run;
   if (run.observed.error.empty()) return lua_pushnil(call.L), 1;

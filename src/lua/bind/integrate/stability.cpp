@@ -2,6 +2,7 @@
 #include "method/stability.hpp"
 
 #include <cmath>
+#include <optional>
 
 #include "base/text.hpp"
 #include "expr/print/print.hpp"
@@ -210,12 +211,14 @@ int simplifying(Call& call) {
 
 int dae_orders(Call& call) {
   const Tableau& tab = tableau(call);
-  const integrate::DaeOrders o = integrate::dae_orders(tab, Stability(tab));
+  constexpr int not_applicable = -1;
+  const auto found = integrate::dae_orders(tab, Stability(tab));
+  const integrate::DaeOrders o = found.value_or(integrate::DaeOrders{});
   lua_createtable(call.L, 0, 7);
   for (const auto& [key, number] :
        {std::pair{"x1", o.x1}, std::pair{"z1", o.z1}, std::pair{"x2", o.x2}, std::pair{"z2", o.z2},
         std::pair{"x3", o.x3}, std::pair{"v3", o.v3}, std::pair{"z3", o.z3}}) {
-    lua_pushinteger(call.L, number);
+    lua_pushinteger(call.L, found ? number : not_applicable);
     lua_setfield(call.L, -2, key);
   }
   return 1;

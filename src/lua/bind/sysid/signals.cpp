@@ -21,12 +21,11 @@ int prbs(Call& call) {
   const long n = call.integer(1, "samples");
   const Options o = call.options(2);
   sysid::Prbs p;
-  p.order = static_cast<int>(o.integer("order", 0));
+  if (o.has("order")) p.order = static_cast<int>(o.integer("order", 0));
   p.hold = static_cast<int>(o.integer("hold", 1));
   p.low = o.number("low", -1);
   p.high = o.number("high", 1);
   p.seed = o.integer("seed", 1);
-  if (o.has("order") && p.order == 0) p.order = -1;
   return push_signal(call, sysid::prbs(n, p));
 }
 

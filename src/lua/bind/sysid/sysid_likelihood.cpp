@@ -204,7 +204,7 @@ int deciding(Call& call) {
   Vec samples(0);
   for (const Index row : smallest(s).rows) {
     samples.conservativeResize(samples.size() + 1);
-    samples[samples.size() - 1] = static_cast<double>(s.regression.sample[row]);
+    samples[samples.size() - 1] = static_cast<double>(s.regression.sample[*row]);
   }
   lua_createtable(call.L, static_cast<int>(samples.size()), 0);
   for (Index i = 0; i < samples.size(); ++i) {
@@ -220,10 +220,10 @@ int contains(Call& call) {
   if (point.size() != s.strips.Phi.cols())
     throw Error(text("theta: expected ", s.strips.Phi.cols(), " numbers (", join(s.regression.names, ", "),
                      "), got ", point.size()));
-  const Index row = sysid::violated(s, point);
-  call.push(row < 0);
-  if (row < 0) return 1;
-  call.push(static_cast<long>(s.regression.sample[row]));
+  const auto row = sysid::violated(s, point);
+  call.push(!row);
+  if (!row) return 1;
+  call.push(static_cast<long>(s.regression.sample[*row]));
   return 2;
 }
 
