@@ -59,8 +59,8 @@ class FixedStepMonitors : public MonitorList {
     domain_.start(point);
   }
   std::optional<Stop> after(const Point& before, const Point& here) {
-    if (const auto passed = domain_.passed(problem_, before, here); !passed.reason.empty())
-      return Stop{before.t, passed.reason, before.t};
+    if (const auto pole = domain_.after(problem_, before, here); pole && !pole->reason.empty())
+      return Stop{before.t, pole->reason, before.t};
     if (empty_) return {};
     const Stats none;
     return MonitorList::after({before, here, true, none});

@@ -1,6 +1,7 @@
 #include "integrate/run/adaptive_run.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <ctime>
 #include <limits>
@@ -15,6 +16,7 @@
 #include "expr/print/print.hpp"
 #include "integrate/event/monitor/domain_monitor.hpp"
 #include "integrate/event/monitor/peak_monitor.hpp"
+#include "integrate/event/monitor/switch_monitor.hpp"
 #include "integrate/plan/run_monitors.hpp"
 #include "integrate/plan/stall_detector.hpp"
 #include "integrate/run/event_handler.hpp"
@@ -83,6 +85,7 @@ class AdaptiveRun {
         breaks_(state_, events_),
         domain_(*state_.problem, state_.plan.guards, state_.plan.tolerances, state_.plan.is_determined(),
                 state_.plan.check_singularities),
+        switches_(*state_.problem),
         peaks_(*state_.problem, state_.plan.tolerances, state_.plan.is_determined()),
         standstill_(*state_.problem, state_.plan.tolerances, state_.plan.events.list),
         rounding_(*state_.problem, state_.plan.tolerances, state_.plan.variable_index,
@@ -111,7 +114,7 @@ class AdaptiveRun {
     monitors_.start(first_);
     domain_.start(first_);
     standstill_.after(first_, plan().to - first_.t);
-    peaks_.restart(state_.problem, first_);
+    restart_step_monitors();
     ended_ = events_.settle(nullptr, events_.carried_across(plan().events.sides));
   }
 
@@ -133,7 +136,7 @@ class AdaptiveRun {
     state_.writer.release();
     state_.problem->set_limit(std::numeric_limits<double>::infinity());
     const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
-    events_.report();
+    report_borders();
     state_.solution->set_rounding(rounding_.remark(*state_.problem, stepper().here()));
     try {
       if (outcome.ending == Ending::stopped && plan().continuations)
@@ -157,16 +160,10 @@ class AdaptiveRun {
     if (modes_.slide_where_steps_are_tiny()) events_.begin_again(Point(stepper().here()), {});
     step();
     if (breaks_.has_repeated_step()) return;
-    if (has_passed_pole(outcome)) return;
-    if (events_.repeated_up_to_switch()) return restart_monitors();
-    if (const double off = peaks_.missed_peak_error(state_.problem, stepper().before(), stepper().here())) {
-      if (!peaks_.has_reached_limit() && events_.repeated_shorter()) return restart_monitors();
-      state_.stats().errors += off;
-      peaks_.restart(state_.problem, stepper().here());
-    }
+    if (is_rejected(outcome)) return;
     state_.view_step();
-    if (modes_.has_missed_excursion() && events_.repeated_shorter()) return restart_monitors();
-    if (events_.after_step(outcome)) return restart_monitors();
+    if (modes_.has_missed_excursion() && events_.repeated_shorter()) return restart_step_monitors();
+    if (events_.after_step(outcome)) return restart_step_monitors();
     if (plan().modes > 0) modes_.require_way_on(stepper().before());
     const bool done = stepper().here().t >= plan().to, at_break = stepper().here().t >= state_.end;
     state_.keep(stepper().here(), at_break && (!done || breaks_.are_at_end()));
@@ -189,9 +186,8 @@ class AdaptiveRun {
     }
   }
 
-  void restart_monitors() {
-    domain_.restart(stepper().here());
-    peaks_.restart(state_.problem, stepper().here());
+  void restart_step_monitors() {
+    for (StepMonitor* monitor : step_monitors()) monitor->restart(state_.problem, stepper().here());
   }
 
   /// A step that fails with frozen branches may succeed with the original ones, since a frozen branch may be
@@ -244,21 +240,43 @@ class AdaptiveRun {
     if (integrate_up_to(state_, method_, from, stop.t)) outcome = {Ending::stop_when, ""};
   }
 
-  /// Rejects a step across a pole. Shorter steps approach the pole until the run ends before it, or until
-  /// what an integrable one contributes to a step is below the tolerance. Below the shortest step it is an
-  /// error.
-  bool has_passed_pole(RunOutcome& outcome) {
-    const double t = stepper().before().t;
-    const auto passed = domain_.passed(state_.problem, stepper().before(), stepper().here());
-    if (!passed) return false;
-    if (events_.repeated_shorter()) return true;
-    if (!passed.reason.empty()) {
-      outcome = stopped_at(t, passed.reason);
-      return true;
+  /// In the order in which they are asked.
+  std::array<StepMonitor*, 3> step_monitors() { return {&domain_, &switches_, &peaks_}; }
+
+  /// Has a monitor rejected the step? Then it has been taken back, or the run is over.
+  bool is_rejected(RunOutcome& outcome) {
+    const auto monitors = step_monitors();
+    for (auto at = monitors.begin(); at != monitors.end(); ++at) {
+      const auto rejection = (*at)->after(state_.problem, stepper().before(), stepper().here());
+      if (!rejection) continue;
+      const double t = stepper().before().t;
+      const bool repeated = is_repeated(*rejection);
+      if (repeated || !rejection->reason.empty()) {
+        if (!repeated) outcome = stopped_at(t, rejection->reason);
+        // the others are still at the beginning of the step
+        for (auto before = monitors.begin(); before != at; ++before)
+          (*before)->restart(state_.problem, stepper().here());
+        return true;
+      }
+      state_.stats().errors += rejection->error;
+      (*at)->restart(state_.problem, stepper().here());
     }
-    state_.stats().errors += passed.error;
-    domain_.restart(stepper().here());
     return false;
+  }
+  bool is_repeated(const Rejection& rejection) {
+    if (rejection.is_tolerated) return false;
+    return rejection.until ? events_.repeated_until(*rejection.until) : events_.repeated_shorter();
+  }
+
+  /// Writes into the solution what became of every border and smooth switch.
+  void report_borders() {
+    modes_.report();
+    std::vector<BorderInUse> list = state_.solution->borders();
+    for (std::size_t i = 0; i < switches_.switches().size(); ++i)
+      if (const long n = switches_.located()[i]; n > 0)
+        list.push_back(
+            {switches_.switches()[i], text("smooth switch, located ", n, n == 1 ? " time" : " times")});
+    state_.solution->set_borders(std::move(list));
   }
 
   /// The solution at the stopping time, extrapolated from the last step if necessary.
@@ -295,6 +313,7 @@ class AdaptiveRun {
   EventHandler events_;
   InputBreaks breaks_;
   DomainMonitor domain_;
+  SwitchMonitor switches_;
   PeakMonitor peaks_;
   Standstill standstill_;
   RoundingWatch rounding_;

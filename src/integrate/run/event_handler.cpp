@@ -277,22 +277,11 @@ bool EventHandler::is_defined(const Point& point) const {
   return std::all_of(residual.begin(), residual.end(), [](double r) { return std::isfinite(r); });
 }
 
-bool EventHandler::repeated_up_to_switch() {
-  const Point& from = state_.stepper().before();
-  const auto t = switches_.passed(*state_.problem, from, state_.stepper().here());
-  if (!t || *t - from.t <= no_time * state_.interval()) return false;
-  state_.end = *t;
-  return repeated(*t - from.t);
-}
-
-void EventHandler::report() const {
-  modes_.report();
-  std::vector<BorderInUse> list = state_.solution->borders();
-  for (std::size_t i = 0; i < switches_.switches().size(); ++i)
-    if (const long n = switches_.located()[i]; n > 0)
-      list.push_back(
-          {switches_.switches()[i], text("smooth switch, located ", n, n == 1 ? " time" : " times")});
-  state_.solution->set_borders(std::move(list));
+bool EventHandler::repeated_until(double t) {
+  const double from = state_.stepper().before().t;
+  if (t - from <= no_time * state_.interval()) return false;
+  state_.end = t;
+  return repeated(t - from);
 }
 
 bool EventHandler::repeated_up_to(double t) {

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "integrate/event/at_roots.hpp"
-#include "integrate/event/monitor/switch_monitor.hpp"
 #include "integrate/event/zeno_detector.hpp"
 #include "integrate/plan/run_monitors.hpp"
 #include "integrate/run/mode_tracker.hpp"
@@ -22,7 +21,7 @@ class EventHandler {
  public:
   /// Requires that all of them outlive it.
   EventHandler(AdaptiveState& state, ModeTracker& modes, MonitorList& monitors)
-      : state_(state), modes_(modes), monitors_(monitors), switches_(*state.problem) {}
+      : state_(state), modes_(modes), monitors_(monitors) {}
 
   /// All events of the step that has just been taken, in the order of time. True: the step is over, because
   /// it ended at an event or was taken back; `outcome` is set if the run is over, too.
@@ -46,11 +45,8 @@ class EventHandler {
   /// the point and the sides before the jump.
   bool settle_carried(const Point& before, const std::vector<double>& sides);
 
-  /// The step has passed a smooth, narrow switch: it is taken back, and the next one ends there.
-  bool repeated_up_to_switch();
-
-  /// Writes into the solution what became of every border and smooth switch.
-  void report() const;
+  /// The step is taken back, and the next one ends at t. False where that makes no progress.
+  bool repeated_until(double t);
 
   /// The step is taken back and repeated with a quarter of its length. False where that makes no progress, or
   /// where x′ and z, solved for again, are on another branch: the step has passed the singular point already.
@@ -104,7 +100,6 @@ class EventHandler {
   AdaptiveState& state_;
   ModeTracker& modes_;
   MonitorList& monitors_;
-  SwitchMonitor switches_;
   ZenoDetector zeno_;
   double last_accumulation_ = -std::numeric_limits<double>::infinity();  ///< that ended on a border
   bool first_in_step_ = true;                                            ///< no event so far in the step

@@ -249,8 +249,7 @@ class LaneSweep::Client : public EnsembleClient {
       watch.problem->set_numbers(Eigen::Map<const Vec>(p, static_cast<Eigen::Index>(sweep_.p_.size())), {});
       watch.peaks.restart(watch.problem, from);
     }
-    return watch.switches.passed(*watch.problem, from, to) ||
-           watch.peaks.missed_peak_error(watch.problem, from, to) != 0;
+    return watch.switches.after(watch.problem, from, to) || watch.peaks.after(watch.problem, from, to);
   }
   /// Returns the sets that this worker has not finished.
   void give_back() {

@@ -46,10 +46,12 @@ void DomainMonitor::evaluate(codegen::Kernel& kernel, const Point& point) {
 void DomainMonitor::start(const Point& point) {
   if (conditions_.empty()) return;
   first_ = point;
-  restart(point);
+  begin_at(point);
 }
 
-void DomainMonitor::restart(const Point& point) {
+void DomainMonitor::restart(const ProblemPtr&, const Point& point) { begin_at(point); }
+
+void DomainMonitor::begin_at(const Point& point) {
   if (poles_.empty()) return;
   evaluate(kernel_, point);
   for (std::size_t i = 0; i < poles_.size(); ++i) {
@@ -58,17 +60,17 @@ void DomainMonitor::restart(const Point& point) {
   }
 }
 
-DomainMonitor::Passed DomainMonitor::passed(const ProblemPtr& equations, const Point& from, const Point& to) {
+std::optional<Rejection> DomainMonitor::after(const ProblemPtr& problem, const Point& from, const Point& to) {
   if (poles_.empty()) return {};
-  if (pieces_ == 1) return passed_part(equations, from, to);
+  if (pieces_ == 1) return passed_part(problem, from, to);
   const std::vector<Pole> before = poles_;
   start_ = from;
   for (int k = 1; k <= pieces_; ++k) {
     inside_ = to;
     if (k < pieces_) hermite(from, to, static_cast<double>(k) / pieces_, inside_);
-    if (Passed found = passed_part(equations, start_, inside_)) {
+    if (auto rejection = passed_part(problem, start_, inside_)) {
       poles_ = before;
-      return found;
+      return rejection;
     }
     std::swap(start_, inside_);
   }
@@ -98,15 +100,16 @@ static Point extended(const Point& from, const Point& to, double share) {
   return point;
 }
 
-DomainMonitor::Passed DomainMonitor::look(const Pole& pole, Suspicion kind, double g,
-                                          const ProblemPtr& equations, const Point& from, const Point& to) {
+std::optional<Rejection> DomainMonitor::look(const Pole& pole, Suspicion kind, double g,
+                                             const ProblemPtr& equations, const Point& from,
+                                             const Point& to) {
   constexpr double several = 3;  // tolerances: the admissible error of a step, as in peak_monitor
   if (kind == Suspicion::touched) {
     constexpr double beyond = 0.01;  // of the step: a g of 10⁻³ becomes 0 within 10⁻³ of it
     const Point before = extended(from, to, -beyond), after = extended(from, to, beyond);
     PoleTest test(equations, determined_, pole.factor, tolerances_, before, after);
     const double error = test.integrable_error();
-    return {"", error > several ? error : 0};
+    return error > several ? std::optional(Rejection{.error = error}) : std::nullopt;
   }
   Point ahead = to;
   if (pole.g * g > 0) {  // extrapolated with the slope at the beginning
@@ -116,8 +119,9 @@ DomainMonitor::Passed DomainMonitor::look(const Pole& pole, Suspicion kind, doub
   }
   PoleTest test(equations, determined_, pole.factor, tolerances_, from, ahead);
   const PoleTest::Crossing crossing = test.crossing();
-  if (test.is_pole() || crossing == PoleTest::Crossing::jumped) return {conditions_[pole.condition].reason()};
-  if (const double error = test.integrable_error(); error > several) return {"", error};
+  if (test.is_pole() || crossing == PoleTest::Crossing::jumped)
+    return Rejection{.reason = conditions_[pole.condition].reason()};
+  if (const double error = test.integrable_error(); error > several) return Rejection{.error = error};
   const bool news = not_unique_.empty() && pole.g * g < 0;
   if (news && crossing == PoleTest::Crossing::impossible)
     not_unique_ = text("decided by errors from t = ", rounded(to.t, 6), " on: ", to_text(pole.factor),
@@ -128,15 +132,15 @@ DomainMonitor::Passed DomainMonitor::look(const Pole& pole, Suspicion kind, doub
   return {};
 }
 
-DomainMonitor::Passed DomainMonitor::passed_part(const ProblemPtr& equations, const Point& from,
-                                                 const Point& to) {
+std::optional<Rejection> DomainMonitor::passed_part(const ProblemPtr& equations, const Point& from,
+                                                    const Point& to) {
   evaluate(kernel_, to);
   const std::size_t n = poles_.size();
   const double dt = to.t - from.t;
   for (std::size_t i = 0; i < n; ++i) {
     const Suspicion kind = suspicion(poles_[i], out_[i], out_[n + i], dt);
     if (kind == Suspicion::none) continue;
-    if (Passed found = look(poles_[i], kind, out_[i], equations, from, to)) return found;
+    if (auto found = look(poles_[i], kind, out_[i], equations, from, to)) return found;
   }
   for (std::size_t i = 0; i < n; ++i) {
     poles_[i].slope = out_[n + i];

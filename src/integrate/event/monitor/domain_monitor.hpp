@@ -19,30 +19,27 @@
 #include "codegen/kernel/kernel.hpp"
 #include "dae/singular/domain_conditions.hpp"
 #include "integrate/event/monitor/guards.hpp"
+#include "integrate/event/monitor/monitor.hpp"
 #include "integrate/problem/problem.hpp"
 #include "integrate/solve/tolerances.hpp"
 
 namespace pendula::integrate {
 
-/// No Monitor (monitor.hpp), which ends a run: a step across a pole is taken back and repeated with shorter
-/// ones, until the run ends before it.
-class DomainMonitor {
+/// A step across a pole is taken back and repeated with shorter ones, until the run ends before it.
+class DomainMonitor : public StepMonitor {
  public:
   /// The conditions of a problem's equations but for those that are guards. Cost: of domain_conditions().
   /// wanted = false: none. tolerances: for what is negligible. determined: x′ and z follow from t and x.
   DomainMonitor(const Problem& problem, const std::vector<Guard>& guards, const Tolerances& tolerances,
                 bool determined, bool wanted);
 
+  /// The run begins: what almost_outside() compares with.
   void start(const Point& point);
-  /// The solution has jumped to this point.
-  void restart(const Point& point);
-  struct Passed {
-    std::string reason;  ///< why the step must not be taken; "" where it may
-    double error = 0;    ///< that integrable poles may cause in it, in tolerances; 0: an admissible one
-    explicit operator bool() const { return error > 0 || !reason.empty(); }
-  };
-  /// After every accepted step. `equations`: those in force. Counts as taken where nothing is found.
-  Passed passed(const ProblemPtr& equations, const Point& from, const Point& to);
+  void restart(const ProblemPtr& problem, const Point& point) override;
+  /// Shorter steps: with the reason, if a pole lies in the step; with the error that integrable ones may cause
+  /// in it, if that is not admissible.
+  std::optional<Rejection> after(const ProblemPtr& problem, const Point& from, const Point& to) override;
+  bool is_empty() const override { return poles_.empty(); }
   /// Where a zero that is no pole was passed and more than one solution goes on, as
   /// in x′ = 2 x/t; "" if nowhere.
   const std::string& not_unique() const { return not_unique_; }
@@ -57,11 +54,12 @@ class DomainMonitor {
     double g = 0, slope = 0;  ///< at the last point; slope: dg/dt, 0 if it is not known
   };
   void evaluate(codegen::Kernel& kernel, const Point& point);
+  void begin_at(const Point& point);
   enum class Suspicion { none, touched, passed };
   Suspicion suspicion(const Pole& pole, double g, double slope, double dt) const;
-  Passed passed_part(const ProblemPtr& equations, const Point& from, const Point& to);
-  Passed look(const Pole& pole, Suspicion kind, double g, const ProblemPtr& equations, const Point& from,
-              const Point& to);
+  std::optional<Rejection> passed_part(const ProblemPtr& equations, const Point& from, const Point& to);
+  std::optional<Rejection> look(const Pole& pole, Suspicion kind, double g, const ProblemPtr& equations,
+                                const Point& from, const Point& to);
 
   ProblemPtr problem_;  ///< a copy: run and monitor place different points
   std::vector<dae::DomainCondition> conditions_;

@@ -8,7 +8,6 @@
 #include "expr/graph/depends_on.hpp"
 #include "expr/graph/derivative.hpp"
 #include "integrate/event/monitor/guards.hpp"
-#include "integrate/event/monitor/monitor.hpp"
 #include "integrate/problem/per_equations.hpp"
 #include "integrate/step/hermite.hpp"
 
@@ -152,19 +151,20 @@ bool PeakMonitor::has_reached_limit() const {
   return repeated_ > few && repeated_ > steps_ / 4;
 }
 
-double PeakMonitor::missed_peak_error(const ProblemPtr& problem, const Point& from, const Point& to) {
-  if (nodes() == 0) return 0;
+std::optional<Rejection> PeakMonitor::after(const ProblemPtr& problem, const Point& from, const Point& to) {
+  if (nodes() == 0) return {};
   follow(problem);
   evaluate(to, next_.values);
   ++steps_;
   dt_ = to.t - from.t;
   searched_ = 0;
   const double off = varies_fast() ? passes_peak(last_, next_, 0, from, to) : 0;
-  if (off > 0)
-    ++repeated_;
-  else
+  if (!(off > 0)) {
     last_.values.swap(next_.values);
-  return off;
+    return {};
+  }
+  ++repeated_;
+  return Rejection{.error = off, .is_tolerated = has_reached_limit()};
 }
 
 /// Do the slopes at the ends of the step allow a peak inside it?

@@ -11,30 +11,29 @@
 #include <vector>
 
 #include "codegen/kernel/kernel.hpp"
+#include "integrate/event/monitor/monitor.hpp"
 #include "integrate/problem/rhs_solver.hpp"
 #include "integrate/solve/tolerances.hpp"
 
 namespace pendula::integrate {
 
-class PeakMonitor {
+class PeakMonitor : public StepMonitor {
  public:
   /// Exponents and divisors of a problem of index 0 or 1, in t and x. wanted = false: none. Cost after every
   /// step: one evaluation of them and their derivatives; two where they vary fast, up to eight where cubics
   /// do not follow them; nothing where there are none.
   PeakMonitor(const Problem& problem, const Tolerances& tolerances, bool wanted);
 
-  /// The run begins at a point, or has jumped to it. problem: with its branches, as it is integrated now.
-  void restart(const ProblemPtr& problem, const Point& point);
-  /// After every accepted step: the error, in tolerances, because the step has jumped over a peak; 0 where it
-  /// has not, or the error is admissible. Otherwise the step is repeated in shorter ones, unless
-  /// has_reached_limit(). Cost: where there is one, some 30 evaluations of exponents and two of x′.
-  double missed_peak_error(const ProblemPtr& problem, const Point& from, const Point& to);
-  /// More than a quarter of the steps were made again: peaks without end. They count as errors then.
-  bool has_reached_limit() const;
-  bool is_empty() const { return nodes() == 0; }
+  void restart(const ProblemPtr& problem, const Point& point) override;
+  /// Shorter steps, if the step has jumped over a peak whose error is not admissible; tolerated where more
+  /// than a quarter of the steps were made again: peaks without end. Cost: where there is one, some 30
+  /// evaluations of exponents and two of x′.
+  std::optional<Rejection> after(const ProblemPtr& problem, const Point& from, const Point& to) override;
+  bool is_empty() const override { return nodes() == 0; }
 
  private:
   void follow(const ProblemPtr& problem);
+  bool has_reached_limit() const;
   const ProblemPtr& own();
   using Values = std::vector<double>;  ///< u of all nodes, then their slopes
   struct Sample {

@@ -7,7 +7,6 @@
 #include "base/limits/stack.hpp"
 #include "expr/graph/derivative.hpp"
 #include "integrate/event/monitor/guards.hpp"
-#include "integrate/event/monitor/monitor.hpp"
 #include "integrate/problem/per_equations.hpp"
 #include "integrate/step/hermite.hpp"
 
@@ -107,19 +106,19 @@ void SwitchMonitor::sample(Problem& problem, const Point& from, const Point& to,
   evaluate(problem, there_, out);
 }
 
-std::optional<double> SwitchMonitor::passed(Problem& problem, const Point& from, const Point& to) {
+std::optional<Rejection> SwitchMonitor::after(const ProblemPtr& problem, const Point& from, const Point& to) {
   constexpr long few = 20;
   if (count_ == 0) return {};
   ++steps_;
   if (repeated_ > few && repeated_ > steps_ / 2) return {};
-  evaluate(problem, from, samples_.front());
-  evaluate(problem, to, samples_.back());
-  if (!is_due(problem, from, to)) return {};
-  const Passage first = first_passage(problem, from, to);
+  evaluate(*problem, from, samples_.front());
+  evaluate(*problem, to, samples_.back());
+  if (!is_due(*problem, from, to)) return {};
+  const Passage first = first_passage(*problem, from, to);
   if (!(first.share < 1)) return {};
   ++repeated_;
   ++located_[first.which];
-  return from.t + first.share * (to.t - from.t);
+  return Rejection{.until = from.t + first.share * (to.t - from.t)};
 }
 
 /// Does v change its sign between the ends, or would it on a tangent at one of them?

@@ -10,24 +10,25 @@
 #include <vector>
 
 #include "codegen/kernel/kernel.hpp"
+#include "integrate/event/monitor/monitor.hpp"
 #include "integrate/problem/problem.hpp"
 
 namespace pendula::integrate {
 
-class SwitchMonitor {
+class SwitchMonitor : public StepMonitor {
  public:
   /// The switches of a problem, in t, x, x′ and z.
   explicit SwitchMonitor(const Problem& problem);
 
-  bool is_empty() const { return count_ == 0; }
+  bool is_empty() const override { return count_ == 0; }
   /// v of all, and at how many passages of each a step was made to end.
   const std::vector<Expr>& switches() const { return switches_; }
   const std::vector<long>& located() const { return located_; }
-  /// After every accepted step: the first time inside it at which a narrow switch is passed, on the cubic
-  /// through its ends; the step must then be repeated up to there. Nothing where every second step would have
-  /// to be: there the error estimates must do. problem: with its present numbers. Cost: four evaluations of
-  /// v, some 50 where one may be passed.
-  std::optional<double> passed(Problem& problem, const Point& from, const Point& to);
+  void restart(const ProblemPtr&, const Point&) override {}
+  /// Until the first time inside the step at which a narrow switch is passed, on the cubic through its ends.
+  /// Nothing where every second step would have to be repeated: there the error estimates must do. problem:
+  /// with its present numbers. Cost: four evaluations of v, some 50 where one may be passed.
+  std::optional<Rejection> after(const ProblemPtr& problem, const Point& from, const Point& to) override;
 
  private:
   using Values = std::vector<double>;
