@@ -6,6 +6,7 @@
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
+#include "base/search/golden_section.hpp"
 #include "base/stoppable.hpp"
 #include "base/text.hpp"
 #include "expr/linalg/linalg.hpp"
@@ -389,13 +390,13 @@ PeakGain hinf_norm(const System& given) {
   const Vec grid = bode_frequencies(g);
   for (Index k = 0; k < grid.size(); ++k) consider(grid[k]);
   if (!g.continuous()) {  // golden section search around the best grid point
-    double a = best.at * 0.97, b = std::min(best.at * 1.03, M_PI / at.Ts());
-    const double ratio = (std::sqrt(5.0) - 1) / 2;
-    for (int k = 0; k < 100 && best.at > 0; ++k) {
-      const double c = b - ratio * (b - a), d = a + ratio * (b - a);
-      (peak_at(at, c) > peak_at(at, d) ? b : a) = peak_at(at, c) > peak_at(at, d) ? d : c;
-      consider((a + b) / 2);
-    }
+    const auto gain = [&](double w) { return -peak_at(at, w); };
+    const auto follow = [&](const GoldenSection& s, int) {
+      consider(s.middle());
+      return false;
+    };
+    if (best.at > 0)
+      golden_section(gain, best.at * 0.97, std::min(best.at * 1.03, M_PI / at.Ts()), 100, follow);
     return best;
   }
   const double limit = g.inputs && g.outputs ? Eigen::JacobiSVD<Mat>(numbers(g.ss.D)).singularValues()[0] : 0;

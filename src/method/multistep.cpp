@@ -7,6 +7,7 @@
 
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
+#include "base/search/golden_section.hpp"
 #include "base/text.hpp"
 
 namespace pendula::integrate {
@@ -164,12 +165,8 @@ double Multistep::alpha_degrees() const {
       where = phi;
     }
   }
-  double low = where - pi / samples, high = where + pi / samples;
-  for (int i = 0; i < 100 && best < pi / 2; ++i) {
-    const double a = high - 0.618033988749895 * (high - low), b = low + 0.618033988749895 * (high - low);
-    (angle(a) < angle(b) ? high : low) = angle(a) < angle(b) ? b : a;
-  }
-  return std::min(best, angle((low + high) / 2)) * 180 / pi;
+  if (best < pi / 2) where = golden_section(angle, where - pi / samples, where + pi / samples, 100).middle();
+  return std::min(best, angle(where)) * 180 / pi;
 }
 
 double Multistep::real_limit() const {

@@ -8,6 +8,7 @@
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
+#include "base/search/golden_section.hpp"
 #include "base/text.hpp"
 #include "expr/print/print.hpp"
 #include "method/order_conditions.hpp"
@@ -336,15 +337,8 @@ double Stability::sector() const {
       where = phi;
     }
   }
-  double low = where - pi / samples, high = where + pi / samples;
-  for (int i = 0; i < 60 && best < pi / 2; ++i) {
-    const double a = high - 0.618033988749895 * (high - low), b = low + 0.618033988749895 * (high - low);
-    if (angle(a) < angle(b))
-      high = b;
-    else
-      low = a;
-  }
-  return std::min(best, angle((low + high) / 2)) * 180 / pi;
+  if (best < pi / 2) where = golden_section(angle, where - pi / samples, where + pi / samples, 60).middle();
+  return std::min(best, angle(where)) * 180 / pi;
 }
 
 Expr Stability::numerator(Expr z) const {

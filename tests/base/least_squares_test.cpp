@@ -1,5 +1,5 @@
 // The trust-region method against the collection of Moré, Garbow & Hillstrom (ACM TOMS 7(1), 1981).
-#include "base/least_squares.hpp"
+#include "base/search/least_squares.hpp"
 
 #include <doctest/doctest.h>
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "base/decompositions.hpp"
-#include "base/least_squares.hpp"
+#include "base/search/least_squares.hpp"
 #include "dae/model/parameter_values.hpp"
 #include "dae/points/generic_functions.hpp"
 #include "dae/rank/rank_with_gap.hpp"

@@ -7,6 +7,7 @@
 
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
+#include "base/search/golden_section.hpp"
 #include "base/text.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/model/solved_rows.hpp"
@@ -275,7 +276,7 @@ std::string cannot_choose(const Model& m, Expr leaf, double value) {
 
 std::optional<double> meeting_time(const Model& m, const ContinuationExpansion& continuation,
                                    const PointValues& others, double to) {
-  constexpr int samples = 64, halvings = 80;
+  constexpr int samples = 64, sections = 80;
   constexpr double vanished = 1e-5;  // relative to the largest
   const std::vector<Entry> entries = top_jacobian(m);
   std::vector<Expr> slopes;
@@ -300,22 +301,9 @@ std::optional<double> meeting_time(const Model& m, const ContinuationExpansion& 
     least = std::min(least, here);
     largest = std::max(largest, here);
   }
-  double a = continuation.t + std::max(lowest - 1, 0) * step,
-         b = continuation.t + std::min(lowest + 1, samples) * step;
-  constexpr double golden = 0.6180339887498949;
-  double left = b - golden * (b - a), right = a + golden * (b - a);
-  double size_left = size(left), size_right = size(right);
-  for (int i = 0; i < halvings; ++i)
-    if (size_left < size_right) {
-      b = std::exchange(right, left);
-      size_right = size_left;
-      size_left = size(left = b - golden * (b - a));
-    } else {
-      a = std::exchange(left, right);
-      size_left = size_right;
-      size_right = size(right = a + golden * (b - a));
-    }
-  const double t = (a + b) / 2;
+  const double from = continuation.t + std::max(lowest - 1, 0) * step,
+               until = continuation.t + std::min(lowest + 1, samples) * step;
+  const double t = golden_section(size, from, until, sections).middle();
   if (!(size(t) <= vanished * largest)) return {};
   return t;
 }

@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "base/least_squares.hpp"
+#include "base/search/least_squares.hpp"
 
 namespace pendula::sysid {
 

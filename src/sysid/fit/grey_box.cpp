@@ -8,7 +8,7 @@
 #include "base/counted.hpp"
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
-#include "base/least_squares.hpp"
+#include "base/search/least_squares.hpp"
 #include "base/text.hpp"
 #include "dae/model/make_model.hpp"
 #include "expr/print/print.hpp"

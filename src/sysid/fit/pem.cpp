@@ -6,7 +6,7 @@
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
-#include "base/least_squares.hpp"
+#include "base/search/least_squares.hpp"
 #include "base/text.hpp"
 #include "sysid/fit/bounded_search.hpp"
 #include "sysid/model/kalman_errors.hpp"

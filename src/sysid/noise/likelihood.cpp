@@ -8,7 +8,7 @@
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
-#include "base/least_squares.hpp"
+#include "base/search/least_squares.hpp"
 #include "base/text.hpp"
 #include "codegen/kernel/kernel.hpp"
 #include "expr/graph/derivative.hpp"

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/search/golden_section.hpp"
 #include "base/text.hpp"
 #include "expr/graph/derivative.hpp"
 #include "integrate/step/hermite.hpp"
@@ -67,16 +68,8 @@ std::optional<double> SingularityMonitor::zero(const Point& end, const Sample& t
 /// The minimum of |g| by golden section search, if it is zero to within 1e-9.
 std::optional<double> SingularityMonitor::zero_of_minimum(const Point& end, double a, double b,
                                                           std::size_t i) {
-  constexpr double golden = 0.3819660112501051;
-  double low = 0, high = 1;
-  for (int k = 0; k < 80; ++k) {
-    const double l = low + golden * (high - low), r = high - golden * (high - low);
-    if (std::fabs(value_between(end, l, i)) < std::fabs(value_between(end, r, i)))
-      high = r;
-    else
-      low = l;
-  }
-  const double share = (low + high) / 2, least = value_between(end, share, i);
+  const auto size = [&](double share) { return std::fabs(value_between(end, share, i)); };
+  const double share = golden_section(size, 0, 1, 80).middle(), least = value_between(end, share, i);
   const bool reached =
       (least < 0) != (a < 0) || std::fabs(least) <= 1e-9 * std::max(std::fabs(a), std::fabs(b));
   return reached ? std::optional(share) : std::nullopt;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/search/golden_section.hpp"
 #include "base/text.hpp"
 #include "expr/graph/derivative.hpp"
 #include "integrate/step/hermite.hpp"
@@ -190,33 +191,23 @@ std::optional<double> TangencyMonitor::near_beginning(std::size_t which, const M
 /// at the ends, below 10⁻⁹ of the change of |g| at this rate over the run, or below rounding.
 std::optional<double> TangencyMonitor::least_between(std::size_t which, const Point& from, const Point& to,
                                                      double low, double high) {
-  constexpr double golden = 0.3819660112501051, closest = 1e-6, most = 1e-2, epsilon = 2.2e-16, flat = 0.99;
+  constexpr double closest = 1e-6, most = 1e-2, epsilon = 2.2e-16, flat = 0.99;
   constexpr int first_sections = 3;
   const auto size = [&](double share) { return size_between(which, from, to, share); };
   // in a step hardly longer than the rounding of t, |g| is resolved only to its change in that rounding
   const double rounding = 16 * epsilon * std::max(std::fabs(from.t), std::fabs(to.t)) / (to.t - from.t);
   const double least = std::clamp(1e-9 * interval_ / ((high - low) * (to.t - from.t)), closest, 1e-3);
   const double zero = std::clamp(rounding, least, most);
-  double at_low = size(low), at_high = size(high);
-  const double ends = std::max(at_low, at_high), width = high - low;
-  double l = low + golden * width, r = high - golden * width, at_l = size(l), at_r = size(r);
-  for (int k = 0; k < 50 && std::min(at_l, at_r) > 0; ++k) {
-    if (k >= first_sections && std::min(at_l, at_r) > flat * std::max(at_low, at_high)) break;
-    if (at_l < at_r) {
-      high = std::exchange(r, l);
-      at_high = at_r;
-      l = low + golden * (high - low);
-      at_r = std::exchange(at_l, size(l));
-    } else {
-      low = std::exchange(l, r);
-      at_low = at_l;
-      r = high - golden * (high - low);
-      at_l = std::exchange(at_r, size(r));
-    }
-  }
-  const double share = at_l < at_r ? l : r, beside = 1e-3 * width;
+  double ends = 0;
+  const auto is_enough = [&](const GoldenSection& s, int k) {
+    const double at_ends = std::max(s.at_low, s.at_high);
+    if (k == 0) ends = at_ends;
+    return !(s.least() > 0) || (k >= first_sections && s.least() > flat * at_ends);
+  };
+  const GoldenSection found = golden_section(size, low, high, 50, is_enough);
+  const double share = found.best(), beside = 1e-3 * (high - low);
   const double around = std::max(size(share - beside), size(share + beside));  // a failure alone is no proof
-  if (std::min(at_l, at_r) <= zero * ends && around > 0 && around <= 0.1 * ends)
+  if (found.least() <= zero * ends && around > 0 && around <= 0.1 * ends)
     return from.t + share * (to.t - from.t);
   return {};
 }

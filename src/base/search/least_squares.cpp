@@ -1,4 +1,4 @@
-#include "base/least_squares.hpp"
+#include "base/search/least_squares.hpp"
 
 #include <cmath>
 
