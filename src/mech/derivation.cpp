@@ -43,9 +43,11 @@ class Collected {
     check_stack();
     switch (e.op()) {
       case Op::add:
-        return add(e.operands()[0], sign), add(e.operands()[1], sign);
+        add(e.operands()[0], sign);
+        return add(e.operands()[1], sign);
       case Op::sub:
-        return add(e.operands()[0], sign), add(e.operands()[1], -sign);
+        add(e.operands()[0], sign);
+        return add(e.operands()[1], -sign);
       case Op::neg:
         return add(e.operands()[0], -sign);
       default: {

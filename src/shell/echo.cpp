@@ -87,7 +87,10 @@ int echo_values(lua_State* L) {
   for (int i = 1; i <= count; ++i) all_nil = all_nil && lua_isnil(L, i);
   if (all_nil) return 0;
   if (!lua_isnil(L, 1)) remember(L, 1);
-  if (count == 1 && is_figure(L, 1)) return show_figure(L, 1), 0;
+  if (count == 1 && is_figure(L, 1)) {
+    show_figure(L, 1);
+    return 0;
+  }
   std::vector<std::string> texts;
   bool fits = true, tall = false;  // a string of the user keeps its lines
   for (int i = 1; i <= count; ++i) {

@@ -38,7 +38,8 @@ int run_tool(const Options& options) {
   try {
     return lua::run_tool(state.get(), options.tool, options.arguments);
   } catch (const Interrupted&) {
-    return complain("interrupted"), interrupted;
+    complain("interrupted");
+    return interrupted;
   }
 }
 

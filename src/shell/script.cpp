@@ -63,7 +63,10 @@ std::string why_not_read(const std::string& path, int error) {
 }
 
 Status cannot_read(const std::string& path, int error) {
-  if (error == EINTR && interrupt_requested) return complain("interrupted"), interrupted;
+  if (error == EINTR && interrupt_requested) {
+    complain("interrupted");
+    return interrupted;
+  }
   complain("pendula: " + why_not_read(path, error));
   return failed;
 }

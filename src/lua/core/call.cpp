@@ -131,6 +131,11 @@ int Call::push(long value) const {
   return 1;
 }
 
+int Call::push_nil() const {
+  lua_pushnil(L);
+  return 1;
+}
+
 int Call::push(bool value) const {
   lua_pushboolean(L, value ? 1 : 0);
   return 1;

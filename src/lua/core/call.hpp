@@ -165,6 +165,12 @@ class Call {
   int push(int value) const { return push(static_cast<long>(value)); }
   int push(bool value) const;
   int push(const std::string& value) const;
+  int push_nil() const;
+  /// nil where there is no value.
+  template <class T>
+  int push(const std::optional<T>& value) const {
+    return value ? push(*value) : push_nil();
+  }
   int push(const char* value) const { return push(std::string(value)); }
   template <class T>
   int push(std::shared_ptr<const T> object) const {

@@ -79,7 +79,10 @@ int index_object(lua_State* L) {
       return 1;
     }
     // x:json() of any object
-    if (std::strcmp(lua_tostring(L, 2), "json") == 0) return push_vocabulary(L, "json"), 1;
+    if (std::strcmp(lua_tostring(L, 2), "json") == 0) {
+      push_vocabulary(L, "json");
+      return 1;
+    }
   }
   lua_settop(L, 2);
   if (lua_rawgetp(L, lua_upvalueindex(3), &fallback_key) != LUA_TNIL) {

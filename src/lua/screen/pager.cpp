@@ -142,7 +142,10 @@ void show_text(const std::string& text) {
     write_rows(rest, screen.rows - 1, screen.columns);
     while (raw.good() && !rest.empty()) {
       const PagerKey key = ask();
-      if (key == PagerKey::leave) return std::fflush(stdout), void();
+      if (key == PagerKey::leave) {
+        std::fflush(stdout);
+        return;
+      }
       write_rows(rest, key == PagerKey::line ? 1 : screen.rows - 1, screen.columns);
     }
   }

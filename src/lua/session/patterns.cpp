@@ -32,7 +32,10 @@ bool is_plain(std::string_view pattern) {
 
 int find_plainly(lua_State* L, std::string_view source, std::string_view pattern, std::size_t from) {
   const std::size_t at = source.find(pattern, from);
-  if (at == std::string_view::npos) return luaL_pushfail(L), 1;
+  if (at == std::string_view::npos) {
+    luaL_pushfail(L);
+    return 1;
+  }
   lua_pushinteger(L, static_cast<lua_Integer>(at) + 1);
   lua_pushinteger(L, static_cast<lua_Integer>(at + pattern.size()));
   return 2;
@@ -42,7 +45,10 @@ int search(lua_State* L, bool find) {
   const std::string_view source = string_argument(L, 1);
   std::string_view pattern = string_argument(L, 2);
   const std::size_t from = first_offset(L, 3, source.size());
-  if (from > source.size()) return luaL_pushfail(L), 1;
+  if (from > source.size()) {
+    luaL_pushfail(L);
+    return 1;
+  }
   if (find && (lua_toboolean(L, 4) || is_plain(pattern))) return find_plainly(L, source, pattern, from);
   const bool anchored = pattern.starts_with('^');
   if (anchored) pattern.remove_prefix(1);

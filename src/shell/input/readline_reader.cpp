@@ -312,7 +312,10 @@ int ReadlineReader::tab(int count, int key) {
   const auto before = before_cursor();
   const auto line = before.substr(before.rfind('\n') + 1);
   const bool continued = !active_->pending_.empty() || line.size() < before.size();
-  if (continued && line.find_first_not_of(' ') == std::string_view::npos) return rl_insert_text("  "), 0;
+  if (continued && line.find_first_not_of(' ') == std::string_view::npos) {
+    rl_insert_text("  ");
+    return 0;
+  }
   if (rl_last_func == tab) rl_last_func = rl_complete;  // makes a second Tab list the possibilities
   return rl_complete(count, key);
 }

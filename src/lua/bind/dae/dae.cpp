@@ -81,10 +81,17 @@ int events(Call& call) {
 
 int parameter_values(Call& call) {
   const auto& values = model_of(call).values;
-  return push_values(call.L, {values.begin(), values.end()}), 1;
+  push_values(call.L, {values.begin(), values.end()});
+  return 1;
 }
-int start_values(Call& call) { return push_values(call.L, model_of(call).start_values), 1; }
-int start_guesses(Call& call) { return push_values(call.L, model_of(call).start_guesses), 1; }
+int start_values(Call& call) {
+  push_values(call.L, model_of(call).start_values);
+  return 1;
+}
+int start_guesses(Call& call) {
+  push_values(call.L, model_of(call).start_guesses);
+  return 1;
+}
 
 int to_semi_explicit(Call& call) { return call.push(dae::to_semi_explicit(model_ptr(call))); }
 int to_implicit(Call& call) { return call.push(dae::to_implicit(model_ptr(call))); }

@@ -103,35 +103,26 @@ int sigma(Call& call) {
   return 1;
 }
 
-int push_nil(Call& call) {
-  lua_pushnil(call.L);
-  return 1;
-}
-
-int push_known(Call& call, const std::optional<int>& value) {
-  return value ? call.push(*value) : push_nil(call);
-}
-
 int structural_index(Call& call) {
   const dae::StructureReport& s = report_of(call);
-  return push_known(call, s.verdict == dae::Verdict::structurally_singular
+  return call.push(s.verdict == dae::Verdict::structurally_singular
                               ? std::nullopt
                               : std::optional(s.structural_index));
 }
 int structural_dof(Call& call) {
   const dae::StructureReport& s = report_of(call);
-  return push_known(call, s.verdict == dae::Verdict::structurally_singular ? std::nullopt
+  return call.push(s.verdict == dae::Verdict::structurally_singular ? std::nullopt
                                                                            : std::optional(s.structural_dof));
 }
-int structure_index(Call& call) { return push_known(call, report_of(call).index); }
-int structure_dof(Call& call) { return push_known(call, report_of(call).dof); }
+int structure_index(Call& call) { return call.push(report_of(call).index); }
+int structure_dof(Call& call) { return call.push(report_of(call).dof); }
 int verdict(Call& call) { return call.push(dae::verdict_name(report_of(call).verdict)); }
 int valid(Call& call) { return call.push(report_of(call).verdict == dae::Verdict::valid); }
 
 int jacobian(Call& call) {
   const dae::StructureReport& s = report_of(call);
   constexpr Eigen::Index most = 300;  // a larger matrix would fill the memory with zeros
-  if (s.verdict == dae::Verdict::structurally_singular) return push_nil(call);
+  if (s.verdict == dae::Verdict::structurally_singular) return call.push_nil();
   const auto n = static_cast<Eigen::Index>(s.model->variables.size());
   if (n > most)
     throw Error(text("the system Jacobian has ", n, " rows; it is written out up to ", most,
@@ -143,7 +134,7 @@ int jacobian(Call& call) {
 
 int gap(Call& call) {
   const auto& value = report_of(call).gap;
-  return value ? call.push(*value) : push_nil(call);
+  return value ? call.push(*value) : call.push_nil();
 }
 
 int nonzero(Call& call) {

@@ -62,8 +62,7 @@ int index(Call& call) {
       throw Error(text("index ", lua_tointeger(call.L, 2), " is out of range: a scalar has 1 entry"));
     return itself(call);
   }
-  lua_pushnil(call.L);
-  return 1;
+  return call.push_nil();
 }
 
 int name_of(Call& call) {
@@ -85,8 +84,7 @@ int label(Call& call) { return call.push(label_of(to_expr(call.L, 1, "e"))); }
 int default_of(Call& call) {
   const Expr e = to_expr(call.L, 1, "e");
   if (e.is_symbol() && symbol_of(e).value) return push_expr(call.L, *symbol_of(e).value);
-  lua_pushnil(call.L);
-  return 1;
+  return call.push_nil();
 }
 
 int approximation(Call& call) { return call.push(decimal_approximation(to_expr(call.L, 1, "e"))); }

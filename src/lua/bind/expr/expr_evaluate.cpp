@@ -190,7 +190,10 @@ Points read_points(Call& call, const CompiledFunction& f) {
 }  // namespace
 
 int push_evaluated(Call& call) {
-  if (call.is<Matrix>(1) && call.object<Matrix>(1, "e").numeric()) return lua_settop(call.L, 1), 1;
+  if (call.is<Matrix>(1) && call.object<Matrix>(1, "e").numeric()) {
+    lua_settop(call.L, 1);
+    return 1;
+  }
   const MatX e = to_matrix(call.L, 1, "e");
   Point point;
   if (call.has(2))

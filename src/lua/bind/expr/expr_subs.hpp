@@ -30,7 +30,10 @@ int each(Call& call, const F& f) {
     equation.rhs = f(equation.rhs);
     return push_equation(call.L, std::move(equation));
   }
-  if (call.is<Matrix>(1) && call.object<Matrix>(1, "e").numeric()) return lua_settop(call.L, 1), 1;
+  if (call.is<Matrix>(1) && call.object<Matrix>(1, "e").numeric()) {
+    lua_settop(call.L, 1);
+    return 1;
+  }
   return push_value(call.L, f(to_matrix(call.L, 1, "e")));
 }
 

@@ -168,7 +168,10 @@ int diag(Call& call) {
 int sum_of(Call& call) {
   if (call.count() != 1) throw Error("expected one list, as in sum{a, b, c}");
   if (call.is<Matrix>(1)) return visit(call, [&](const auto& m) { return push_entry(call.L, m.sum()); });
-  if (!lua_istable(call.L, 1)) return lua_settop(call.L, 1), push(call.L, to_value(call.L, 1, "the list"));
+  if (!lua_istable(call.L, 1)) {
+    lua_settop(call.L, 1);
+    return push(call.L, to_value(call.L, 1, "the list"));
+  }
   const lua_Integer n = list_size(call.L, 1, "the list");
   lua_pushinteger(call.L, 0);
   for (lua_Integer i = 1; i <= n; ++i) {

@@ -23,8 +23,7 @@ int matrix_index(Call& call) {
   if (!lua_isinteger(call.L, 2)) {
     if (lua_type(call.L, 2) == LUA_TNUMBER)
       throw Error(text("the index ", lua_tonumber(call.L, 2), " is not an integer"));
-    lua_pushnil(call.L);
-    return 1;
+    return call.push_nil();
   }
   const lua_Integer i = lua_tointeger(call.L, 2);
   return visit(call, [&](const auto& m) {

@@ -75,7 +75,7 @@ const lab::GaussNewtonRun& run_of(Call& call) {
 }
 
 int push_or_nil(Call& call, bool known, const Mat& value) {
-  if (!known) return lua_pushnil(call.L), 1;
+  if (!known) return call.push_nil();
   return push_value(call.L, value);
 }
 
@@ -118,9 +118,9 @@ int order(Call& call) {
   return push_or_nil(call, run_of(call).observed.order > 0, run_of(call).observed.order);
 }
 int rate(Call& call) { return push_or_nil(call, run_of(call).observed.rate > 0, run_of(call).observed.rate); }
-int predicted(Call& call) { return push_or_nil(call, run_of(call).predicted); }
+int predicted(Call& call) { return call.push(run_of(call).predicted); }
 int errors(Call& call) {
-  if (run_of(call).observed.error.empty()) return lua_pushnil(call.L), 1;
+  if (run_of(call).observed.error.empty()) return call.push_nil();
   return push_column(call, run_of(call).observed.error);
 }
 int iterates(Call& call) {

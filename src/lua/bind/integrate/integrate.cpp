@@ -88,7 +88,7 @@ int integrate_model(Call& call) {
 /// sol.options: a copy, which a script may change freely.
 int asked_options(Call& call) {
   lua_rawgetp(call.L, LUA_REGISTRYINDEX, &options_key);
-  if (!lua_istable(call.L, -1)) return lua_pushnil(call.L), 1;
+  if (!lua_istable(call.L, -1)) return call.push_nil();
   lua_pushvalue(call.L, 1);
   if (lua_rawget(call.L, -2) == LUA_TTABLE) push_copy(call.L, lua_gettop(call.L));
   return 1;

@@ -1,7 +1,6 @@
 // Common parts of the results of newton and gauss_newton: numbers of every iterate, some of them unknown.
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "lua/core/values.hpp"
@@ -14,11 +13,8 @@ inline int push_column(Call& call, const std::vector<double>& values) {
 }
 
 inline int push_or_nil(Call& call, bool known, double value) {
-  if (!known) return lua_pushnil(call.L), 1;
+  if (!known) return call.push_nil();
   return call.push(value);
-}
-inline int push_or_nil(Call& call, const std::optional<double>& value) {
-  return push_or_nil(call, value.has_value(), value.value_or(0));
 }
 
 }  // namespace pendula::lua

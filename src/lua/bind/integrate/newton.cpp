@@ -164,15 +164,15 @@ int newton_order(Call& call) {
 int newton_rate(Call& call) {
   return push_or_nil(call, newton_of(call).run.observed.rate > 0, newton_of(call).run.observed.rate);
 }
-int newton_predicted(Call& call) { return push_or_nil(call, newton_of(call).run.predicted); }
+int newton_predicted(Call& call) { return call.push(newton_of(call).run.predicted); }
 int newton_errors(Call& call) {
   const auto& run = newton_of(call).run;
-  if (run.observed.error.empty()) return lua_pushnil(call.L), 1;
+  if (run.observed.error.empty()) return call.push_nil();
   return push_column(call, run.observed.error);
 }
 int null_vector(Call& call) {
   const auto& run = newton_of(call).run;
-  if (run.null_vector.size() == 0) return lua_pushnil(call.L), 1;
+  if (run.null_vector.size() == 0) return call.push_nil();
   return push_value(call.L, Mat(run.null_vector));
 }
 int newton_text(Call& call) {

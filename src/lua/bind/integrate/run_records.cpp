@@ -60,13 +60,8 @@ int stats_borders(Call& call) { return call.push(counted(call).borders); }
 int stats_rounding(Call& call) { return call.push(counted(call).rounding); }
 int stats_not_unique(Call& call) { return call.push(counted(call).not_unique); }
 int stats_untested(Call& call) { return call.push(counted(call).untested); }
-int push_if_any(Call& call, const std::optional<double>& time) {
-  if (time) return call.push(*time);
-  lua_pushnil(call.L);
-  return 1;
-}
-int stats_rest(Call& call) { return push_if_any(call, counted(call).counts.rest); }
-int stats_growth(Call& call) { return push_if_any(call, counted(call).growth); }
+int stats_rest(Call& call) { return call.push(counted(call).counts.rest); }
+int stats_growth(Call& call) { return call.push(counted(call).growth); }
 int stats_errors(Call& call) { return call.push(counted(call).errors); }
 int stats_time(Call& call) { return call.push(counted(call).seconds); }
 

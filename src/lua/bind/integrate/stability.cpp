@@ -285,10 +285,7 @@ int orthogonality(Call& call) {
 /// { order =, b = matrix (stages × degree), A =, c = } or nil.
 int dense(Call& call) {
   const auto& output = tableau(call).dense();
-  if (!output) {
-    lua_pushnil(call.L);
-    return 1;
-  }
+  if (!output) return call.push_nil();
   lua_createtable(call.L, 0, 4);
   lua_pushinteger(call.L, output->order);
   lua_setfield(call.L, -2, "order");

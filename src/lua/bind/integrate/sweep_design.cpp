@@ -12,8 +12,7 @@ const random::SampleSpace& space_of(Call& call) { return *call.object<SweepRecor
 int design(Call& call) {
   const auto& d = space_of(call).design();
   if (d) return call.push(random::name_of(d->request().kind));
-  lua_pushnil(call.L);
-  return 1;
+  return call.push_nil();
 }
 
 int dimensions(Call& call) {

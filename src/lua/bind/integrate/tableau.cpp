@@ -194,15 +194,13 @@ int c(Call& call) { return push_entries(call, *tableau_of(call).data().c, tablea
 int bhat(Call& call) {
   const Tableau& tab = tableau_of(call);
   if (tab.bhat()) return push_entries(call, *tab.data().bhat, *tab.bhat());
-  lua_pushnil(call.L);
-  return 1;
+  return call.push_nil();
 }
 
 int bhat2(Call& call) {
   const Tableau& tab = tableau_of(call);
   if (tab.bhat2()) return push_entries(call, *tab.data().bhat2, *tab.bhat2());
-  lua_pushnil(call.L);
-  return 1;
+  return call.push_nil();
 }
 
 int error_scale(Call& call) { return call.push(tableau_of(call).data().error_scale); }

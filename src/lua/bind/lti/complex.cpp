@@ -183,8 +183,7 @@ int item(Call& call) {
   const auto list = all(roots(call));
   const long i = call.integer(2, "index");
   if (i == static_cast<long>(list.size()) + 1) {  // end of an iteration by ipairs
-    lua_pushnil(call.L);
-    return 1;
+    return call.push_nil();
   }
   if (i < 1 || i > static_cast<long>(list.size()))
     throw Error(

@@ -186,8 +186,7 @@ const lti::CurveFacts& only_curve(Call& call) {
 }
 int push_fact(Call& call, const std::optional<double>& v) {
   if (v) return call.push(*v);
-  lua_pushnil(call.L);
-  return 1;
+  return call.push_nil();
 }
 int final(Call& call) { return call.push(only_curve(call).final); }
 int peak(Call& call) { return call.push(only_curve(call).peak); }

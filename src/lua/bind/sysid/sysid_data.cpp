@@ -238,8 +238,7 @@ int feedback(Call& call) {
     throw Error(text("there is no output ", output, "; there are ", d.outputs()));
   const std::string seen = sysid::feedback_in(d, output - 1);
   if (!seen.empty()) return call.push(seen);
-  lua_pushnil(call.L);
-  return 1;
+  return call.push_nil();
 }
 
 const OptionTable read_options = {

@@ -173,7 +173,10 @@ int x0(Call& call) {
 }
 
 int push_integers(lua_State* L, const std::vector<int>& v) {
-  if (v.size() == 1) return lua_pushinteger(L, v[0]), 1;
+  if (v.size() == 1) {
+    lua_pushinteger(L, v[0]);
+    return 1;
+  }
   lua_createtable(L, static_cast<int>(v.size()), 0);
   for (std::size_t i = 0; i < v.size(); ++i) {
     lua_pushinteger(L, v[i]);

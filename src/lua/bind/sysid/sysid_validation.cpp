@@ -101,7 +101,7 @@ int validations_entry(Call& call) {
             ? lua_tointeger(call.L, 2) == static_cast<lua_Integer>(i + 1)
             : lua_type(call.L, 2) == LUA_TSTRING && list[i]->y_name == lua_tostring(call.L, 2))
       return call.push(list[i]);
-  return lua_pushnil(call.L), 1;
+  return call.push_nil();
 }
 int validations_length(Call& call) { return call.push(static_cast<long>(all_of(call).size())); }
 template <bool Validation::*test>
@@ -199,7 +199,7 @@ const char* const by_fit = "fit";
 
 int scan_entry(Call& call) {
   const OrderScan& s = scanned(call);
-  if (!lua_isinteger(call.L, 2)) return lua_pushnil(call.L), 1;
+  if (!lua_isinteger(call.L, 2)) return call.push_nil();
   const long i = call.integer(2, "index");
   if (i < 1 || i > static_cast<long>(s.entries.size()))
     throw Error(text("there are ", s.entries.size(), " models; number ", i, " does not exist"));
@@ -290,8 +290,7 @@ int comparison_entry(Call& call) {
     set_integer(call.L, "parameters", c.rows[i].parameters);
     return 1;
   }
-  lua_pushnil(call.L);
-  return 1;
+  return call.push_nil();
 }
 int comparison_text(Call& call) { return call.push(call.object<Comparison>(1, "comparison").text); }
 
