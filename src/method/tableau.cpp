@@ -302,46 +302,6 @@ bool Tableau::is_symmetric() const {
   return true;
 }
 
-// R(z) = det(I - z(A - 𝟙bᵀ)) / det(I - zA) (Hairer & Wanner, Solving ODEs II, 2nd ed., Prop. IV.3.2). The
-// coefficient of (-z)^k in det(I - zM) is the k-th elementary symmetric function of M's eigenvalues
-// (Faddeev-LeVerrier).
-double Tableau::stability_at_infinity() const {
-  const Coefficients& rk = coefficients_;
-  const int s = stages();
-  const auto leading = [&](const RealMatrix& M) {
-    RealMatrix power(s, rk.bits);  // becomes M(…(M(M - e₁) + e₂)… )
-    for (int i = 0; i < s; ++i) power(i, i) = 1;
-    std::pair<int, Real> last{0, Real(1, rk.bits)};
-    for (int k = 1; k <= s; ++k) {
-      RealMatrix product(s, rk.bits);
-      Real trace(0, rk.bits), size(0, rk.bits);  // |M||power|: the scale for a rounded trace
-      for (int i = 0; i < s; ++i)
-        for (int j = 0; j < s; ++j)
-          for (int l = 0; l < s; ++l) {
-            const Real term(M(i, l) * power(l, j));
-            product(i, j) += term;
-            if (i == j) trace += term;
-            size += abs(term);
-          }
-      const bool zero = abs(trace) <= rk.unit * size;
-      Real coefficient(0, rk.bits);
-      if (!zero) coefficient = -trace / k;
-      if (!zero) last = {k, coefficient};
-      for (int i = 0; i < s; ++i) product(i, i) += coefficient;
-      power = product;
-    }
-    return last;
-  };
-  RealMatrix numerator(s, rk.bits);
-  for (int i = 0; i < s; ++i)
-    for (int j = 0; j < s; ++j) numerator(i, j) = rk.A(i, j) - rk.b[j];
-  const auto [degree, top] = leading(numerator);
-  const auto [pole_degree, bottom] = leading(rk.A);
-  if (degree < pole_degree) return 0;
-  const double ratio = nearest_double(Real(top / bottom));
-  return degree == pole_degree ? ratio : std::copysign(std::numeric_limits<double>::infinity(), ratio);
-}
-
 namespace {
 
 using Property = std::pair<std::string, std::function<bool(const Tableau&)>>;

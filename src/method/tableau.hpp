@@ -102,8 +102,6 @@ class Tableau {
   bool is_symplectic()
       const;  ///< bᵢaᵢⱼ + bⱼaⱼᵢ = bᵢbⱼ: keeps quadratic invariants (Geometric Integration, §IV.2)
   bool is_symmetric() const;  ///< a step of -Δt undoes a step of Δt (§V.2)
-  /// R(∞) of x′ = λx, λΔt → ∞: what becomes of stiff components; ±inf for explicit methods.
-  double stability_at_infinity() const;
 
   /// A property by its name: "explicit", "stiffly accurate", …. Throws Error listing the names.
   bool is(const std::string& property) const;

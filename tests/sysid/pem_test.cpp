@@ -46,6 +46,22 @@ Polynomials system_of(bool a, bool c, bool d, bool f) {
   return p;
 }
 
+Orders orders_of(const Polynomials& p) {
+  Orders o;
+  o.na = static_cast<int>(p.A.size()) - 1;
+  o.nc = static_cast<int>(p.C.size()) - 1;
+  o.nd = static_cast<int>(p.D.size()) - 1;
+  for (std::size_t i = 0; i < p.B.size(); ++i) {
+    Index nk = 0;
+    while (nk < p.B[i].size() && p.B[i][nk] == 0) ++nk;
+    if (nk == p.B[i].size()) nk = 0;
+    o.nk.push_back(static_cast<int>(nk));
+    o.nb.push_back(static_cast<int>(p.B[i].size() - nk));
+    o.nf.push_back(static_cast<int>(p.F[i].size()) - 1);
+  }
+  return o;
+}
+
 }  // namespace
 
 TEST_CASE("pem: gradients agree with central differences") {

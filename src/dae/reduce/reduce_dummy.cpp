@@ -66,13 +66,6 @@ DummySelection select_dummies(const ModelPtr& m, const PointValues& point) {
   std::rethrow_exception(first);
 }
 
-double dummy_quality(const ModelPtr& m, const DummySelection& selection, const PointValues& point) {
-  const std::shared_ptr<const DummyPivoting> shared = shared_pivoting(m);
-  const DummyPivoting& pivoting = *shared;
-  return pivoting.quality(selection,
-                          slopes_at(pivoting, *m, point.empty() ? pivoting.generic_point(false) : point));
-}
-
 DummySelection selection_of(const Model& dummy) {
   DummySelection selection;
   const ModelPtr source = dummy.parent;
@@ -94,8 +87,7 @@ Expr original_leaf(const Model& dummy, Expr leaf) {
   return leaf;
 }
 
-// ── the model with a selection
-// ────────────────────────────────────────────────────────────────────────────────
+// ── the model with a selection ──
 
 namespace {
 

@@ -99,8 +99,6 @@ std::shared_ptr<const DummyPivoting> shared_pivoting(const ModelPtr& source);
 /// The best selection at a point. `model` is the one to be reduced; the point gives states, parameters,
 /// inputs and t of it; empty: a generic point, or a consistent one where the equations have no value there.
 DummySelection select_dummies(const ModelPtr& model, const std::unordered_map<Expr, double>& point);
-double dummy_quality(const ModelPtr& model, const DummySelection& selection,
-                     const std::unordered_map<Expr, double>& point);
 /// The meaning of a leaf of form "dummy" in the model it was made from: x_dot is x′.
 Expr original_leaf(const Model& dummy, Expr leaf);
 /// The selection that a model of form "dummy" was made with.

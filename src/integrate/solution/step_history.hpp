@@ -18,7 +18,6 @@ class StepHistory : public Continuation, public StepInterpolation {
   /// From the next step on, steps are this stepper's.
   void use(std::shared_ptr<Stepper> stepper);
   Stepper& stepper() { return *steppers_.back(); }
-  const std::vector<std::shared_ptr<Stepper>>& steppers() const { return steppers_; }
   /// From the next step on, the problem's modes are these.
   void use_modes(const ProblemPtr& problem, const std::vector<double>& modes);
   /// A point without a step to it: the beginning, or after a jump.

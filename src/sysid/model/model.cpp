@@ -98,22 +98,6 @@ std::vector<std::string> parameter_names(const Orders& o, const std::vector<std:
   return names;
 }
 
-Orders orders_of(const Polynomials& p) {
-  Orders o;
-  o.na = static_cast<int>(p.A.size()) - 1;
-  o.nc = static_cast<int>(p.C.size()) - 1;
-  o.nd = static_cast<int>(p.D.size()) - 1;
-  for (std::size_t i = 0; i < p.B.size(); ++i) {
-    Index nk = 0;
-    while (nk < p.B[i].size() && p.B[i][nk] == 0) ++nk;
-    if (nk == p.B[i].size()) nk = 0;
-    o.nk.push_back(static_cast<int>(nk));
-    o.nb.push_back(static_cast<int>(p.B[i].size() - nk));
-    o.nf.push_back(static_cast<int>(p.F[i].size()) - 1);
-  }
-  return o;
-}
-
 namespace {
 
 /// Σ (y - ȳ)² over the used rows.

@@ -84,7 +84,6 @@ struct PolyModel {
 Polynomials polynomials_of(const Vec& theta, const Orders& orders);
 Vec parameters_of(const Polynomials& p, const Orders& orders);
 std::vector<std::string> parameter_names(const Orders& orders, const std::vector<std::string>& u_names);
-Orders orders_of(const Polynomials& p);
 
 /// ARX and FIR by linear least squares. Fewer rows than parameters is a rank report.
 /// Throws Error if no row is usable.
