@@ -14,8 +14,8 @@ struct GoldenSection {
   double middle() const { return (low + high) / 2; }
 };
 
-/// Golden section search: of two points inside [low, high] the better one remains in the interval that ends at
-/// the other, 0.618 times as long, and divides it by the golden ratio again.
+/// Golden section search: of two points inside [low, high] the better one remains, in the interval that ends
+/// at the other: it is 0.618 times as long, and the point divides it by the golden ratio again.
 ///
 /// requires  f with one local minimum in [low, high]; of several, one is found
 /// sections  at most; `is_enough(section, k)` after k of them ends the search

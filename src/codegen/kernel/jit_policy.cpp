@@ -18,8 +18,8 @@ constexpr std::size_t large_regular = 2'000;
 constexpr double mostly_regular = 0.8, wide_enough = 0.5;
 constexpr long regular_break_even = 1'400;
 
-/// Code costs about 50 µs + 0.15 µs per instruction and saves about 0.4 ns per instruction and evaluation. Nothing
-/// where it never pays.
+/// Code costs about 50 µs + 0.15 µs per instruction and saves about 0.4 ns per instruction and evaluation.
+/// Nothing where it never pays.
 std::optional<long> break_even(std::size_t n, bool is_regular) {
   if (n == 0 || n > largest || !Machine::available()) return {};
   if (is_regular && n > longest_packed) return {};

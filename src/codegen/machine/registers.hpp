@@ -28,9 +28,9 @@ class Registers {
   static constexpr Slot never = std::numeric_limits<Slot>::max();
   Registers(const Program& program, const std::vector<Slot>& order, int count);
 
-  int of(Slot value) const { return register_[value]; }  ///< or in_memory
-  static constexpr int in_memory = -1;  ///< only; a constant, since the table has an entry for every slot
-  Slot in(int r) const { return value_[r]; }  ///< never: free
+  static constexpr int in_memory = -1;                   ///< less than every register
+  int of(Slot value) const { return register_[value]; }  ///< its register, or in_memory
+  Slot in(int r) const { return value_[r]; }             ///< never: free
   Home& home(Slot value) { return home_[value]; }
   bool is_wide(Slot value) const { return wide_[value]; }
   bool alive(Slot value) const { return next_[value] < last_[value]; }
@@ -42,7 +42,7 @@ class Registers {
   void release(Slot value);
   void assign(int r, Slot value);
   void empty(int r);
-  /// A free register, or -1; and the occupied one that is needed last, `pinned` ones excepted.
+  /// A free register, if there is one; and the occupied one that is needed last, `pinned` ones excepted.
   std::optional<int> vacant() const;
   int furthest(unsigned pinned) const;
 

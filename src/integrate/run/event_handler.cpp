@@ -380,7 +380,7 @@ void EventHandler::check_accumulation(Point& point, const EventFinder::Hit& hit)
     }
   if (!zeno_.add(point.t, state_.stats().steps, state_.interval())) return;
   // Solutions of v′ = -g - v |v| cross v = 0 between bounces, but it is the bounces that accumulate.
-  const int which = last_event_ >= 0 && since_event_ <= 2 ? last_event_ : hit.list.front().which;
+  const int which = last_event_ && since_event_ <= 2 ? *last_event_ : hit.list.front().which;
   const Event event = state_.plan.events.list[which];  // the list may grow
   const bool again = point.t - last_accumulation_ < brief * state_.interval();
   const bool unfrozen = event.surface && !again && modes_.unfreeze(hit.list, point);

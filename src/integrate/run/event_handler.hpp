@@ -27,10 +27,11 @@ class EventHandler {
   /// it ended at an event or was taken back; `outcome` is set if the run is over, too.
   bool after_step(RunOutcome& outcome);
 
-  /// After a start or a restart: applies, one after the other, events of direction ±2 whose condition is
-  /// beyond its root already, and events whose condition a reset sends across its root. True where one of
-  /// them ends the run. Throws Failure where they trigger each other without end. before: the point before
-  /// the last reset, if there was one; pending: events that were found at the same moment, which come first.
+  /// After a start or a restart: applies, one after the other, events whose condition is beyond its root
+  /// already where that counts (dae::Direction), and events whose condition a reset sends across its root.
+  /// True where one of them ends the run. Throws Failure where they trigger each other without end. before:
+  /// the point before the last reset, if there was one; pending: events that were found at the same moment,
+  /// which come first.
   bool settle(const Point* before = nullptr, std::vector<EventFinder::Crossing> pending = {});
 
   /// Restarts at a point where the equations or the states have jumped.
@@ -103,8 +104,9 @@ class EventHandler {
   ZenoDetector zeno_;
   double last_accumulation_ = -std::numeric_limits<double>::infinity();  ///< that ended on a border
   bool first_in_step_ = true;                                            ///< no event so far in the step
-  int last_event_ = -1, since_event_ = 0;                 ///< the user's last event; restarts since then
-  std::vector<double> happened_;                          ///< by event: when it did last
+  std::optional<int> last_event_;                                        ///< the user's
+  int since_event_ = 0;                                                  ///< restarts since then
+  std::vector<double> happened_;                                         ///< by event: when it did last
   std::vector<std::optional<std::vector<Expr>>> behind_;  ///< by event, see states_behind(); made when asked
   std::vector<EventRecord> records_;                      ///< of the events at one time
   EventFinder::Hit last_restart_;

@@ -10,9 +10,10 @@
 
 namespace pendula::integrate {
 
-/// The first event that counts beyond its root (dae::Direction) whose condition is beyond its root at the present point, or at the root
-/// and about to cross it. happened: events of this time with their condition at the root; an event that stays
-/// there, as for bodies in contact, happens once. idle: events that have happened without changing anything.
+/// The first event that counts beyond its root (dae::Direction) whose condition is there at the present
+/// point, or at the root and about to cross it. happened: events of this time with their condition at the
+/// root; an event that stays there, as for bodies in contact, happens once. idle: events that have happened
+/// without changing anything.
 std::optional<int> EventHandler::overdue(const std::vector<char>& happened, const std::vector<char>& idle,
                                          const AtRoots* roots, const Point& here) {
   const std::vector<Event>& events = state_.plan.events.list;

@@ -2,8 +2,9 @@
 // questions at different times; plan/run_monitors.hpp has the lists that a run asks.
 //
 // A Monitor ends a run where its solution leaves the domain of the equations. A step-size control cannot be
-// relied on for this: equations are usually solvable again behind a singular point, and a step that jumps over
-// it passes the error test. It is asked after a step is kept, with its events, and may name a time before it:
+// relied on for this: equations are usually solvable again behind a singular point, and a step that jumps
+// over it passes the error test. A Monitor is asked after a step is kept and its events have happened, and
+// may name an earlier time:
 //
 //   singularity_monitor   a divisor changes its sign or touches 0          (fixed steps)
 //   tangency_monitor      a divisor had a minimum that is 0 within the tolerance
