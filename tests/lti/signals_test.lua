@@ -108,6 +108,7 @@ test("errors name what is wrong", function()
   fails(function() prbs(0) end, "the number of samples must be positive, got 0")
   fails(function() prbs(10, { order = 30 }) end,
     "the order of the register must lie between 2 and 24, got 30")
+  fails(function() prbs(10, { order = 0 }) end, "between 2 and 24, got 0")
   fails(function() prbs(10, { seed = 0 }) end, "leaves the register empty")
   fails(function() prbs(10, { low = 1, high = 1 }) end, "low must be below high")
   fails(function() prbs(10, { hold = 0 }) end, "hold must be at least 1 sample")

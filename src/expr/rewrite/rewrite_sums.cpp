@@ -27,6 +27,13 @@ Sum without_two(const OrderedTerms& terms, Index i, Index j) {
     if (k != i && k != j) rest.push_back(terms[k]);
   return rest;
 }
+/// The terms with a product in place of these two.
+Sum with_one_for_two(NormalForms& forms, const OrderedTerms& terms, Index i, Index j, Term by) {
+  Sum shorter = without_two(terms, i, j);
+  const SumId p = forms.product(std::move(by));
+  shorter.insert(shorter.end(), forms.sum(p).begin(), forms.sum(p).end());
+  return shorter;
+}
 
 }  // namespace
 
@@ -53,12 +60,6 @@ std::size_t OrderedTerms::place_of_factors(const Term& wanted, std::size_t excep
 /// α c R f² + β c R g² = c R, and c R - α c R f² = β c R g²; a R f² + b R g² with numbers 0 < a < b is
 /// a R + (b - a) R g² for sine and cosine.
 std::optional<Sum> Simplifier::by_squares(const OrderedTerms& terms) {
-  const auto replaced = [&](Index i, Index j, Term by) {
-    Sum shorter = without_two(terms, i, j);
-    const SumId p = product(std::move(by));
-    shorter.insert(shorter.end(), sum(p).begin(), sum(p).end());
-    return shorter;
-  };
   for (Index i = 0; i < terms.size(); ++i) {
     const Term& t = terms[i];
     for (const SquareRule& rule : square_rules())
@@ -71,17 +72,19 @@ std::optional<Sum> Simplifier::by_squares(const OrderedTerms& terms) {
         Term other = rest;  // theirs · c R · other square
         other.coefficient = other.coefficient * Number(theirs);
         other = with_factor(other, function_atom(is_f ? rule.g : rule.f, atom(f.atom).args), 2);
-        if (const Index j = terms.place_of(other, i); j != nowhere) return replaced(i, j, rest);
+        if (const Index j = terms.place_of(other, i); j != nowhere)
+          return with_one_for_two(*this, terms, i, j, rest);
         Term opposite = rest;
         opposite.coefficient = -opposite.coefficient;
         Term remaining = other;
         remaining.coefficient = -remaining.coefficient;
-        if (const Index j = terms.place_of(opposite, i); j != nowhere) return replaced(i, j, remaining);
+        if (const Index j = terms.place_of(opposite, i); j != nowhere)
+          return with_one_for_two(*this, terms, i, j, remaining);
         const Index j = rule.f == Op::sin ? terms.place_of_factors(other, i) : nowhere;
         if (j == nowhere || terms[j].coefficient.sign() != t.coefficient.sign()) continue;
         const Number more = terms[j].coefficient + -t.coefficient;
         if (!more.exact() || more.sign() != t.coefficient.sign()) continue;
-        Sum shorter = replaced(i, j, rest);
+        Sum shorter = with_one_for_two(*this, terms, i, j, rest);
         shorter.push_back({more, other.factors});
         return shorter;
       }
@@ -114,10 +117,7 @@ std::optional<Sum> Simplifier::by_angle_sums(const OrderedTerms& terms) {
         angle.insert(angle.end(), sum(turned).begin(), sum(turned).end());
         Term by = rest;
         multiply(by, function(both_cos ? Op::cos : Op::sin, {intern(std::move(angle))}), 1);
-        Sum shorter = without_two(terms, i, j);
-        const SumId p = product(std::move(by));
-        shorter.insert(shorter.end(), sum(p).begin(), sum(p).end());
-        return shorter;
+        return with_one_for_two(*this, terms, i, j, std::move(by));
       }
   }
   return {};
@@ -135,10 +135,7 @@ std::optional<Sum> Simplifier::by_tangents(const OrderedTerms& terms) {
       if (j == nowhere) continue;
       Term by = rest;
       multiply(by, single(function_atom(circular ? Op::cos : Op::cosh, atom(f.atom).args)), -2);
-      Sum shorter = without_two(terms, i, j);
-      const SumId p = product(std::move(by));
-      shorter.insert(shorter.end(), sum(p).begin(), sum(p).end());
-      return shorter;
+      return with_one_for_two(*this, terms, i, j, std::move(by));
     }
   return {};
 }
@@ -161,10 +158,7 @@ std::optional<Sum> Simplifier::by_logarithms(const OrderedTerms& terms) {
           multiply(inside, atom(g.atom).args[0], other == rest ? 1 : -1);
           Term by = rest;
           multiply(by, function(Op::log, {product(std::move(inside))}), 1);
-          Sum shorter = without_two(terms, i, j);
-          const SumId p = product(std::move(by));
-          shorter.insert(shorter.end(), sum(p).begin(), sum(p).end());
-          return shorter;
+          return with_one_for_two(*this, terms, i, j, std::move(by));
         }
     }
   return {};
@@ -219,10 +213,7 @@ std::optional<Sum> Simplifier::by_extremes(const OrderedTerms& terms) {
       both.insert(both.end(), sum(other).begin(), sum(other).end());
       const SumId whole = intern(std::move(both));
       multiply(by, plus ? whole : absolute(whole), 1);
-      Sum shorter = without_two(terms, i, j);
-      const SumId p = product(std::move(by));
-      shorter.insert(shorter.end(), sum(p).begin(), sum(p).end());
-      return shorter;
+      return with_one_for_two(*this, terms, i, j, std::move(by));
     }
   return {};
 }
