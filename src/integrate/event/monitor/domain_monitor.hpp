@@ -36,8 +36,8 @@ class DomainMonitor : public StepMonitor {
   /// The run begins: what almost_outside() compares with.
   void start(const Point& point);
   void restart(const ProblemPtr& problem, const Point& point) override;
-  /// Shorter steps: with the reason, if a pole lies in the step; with the error that integrable ones may cause
-  /// in it, if that is not admissible.
+  /// Shorter steps: with the reason, if a pole lies in the step; with the error that integrable ones may
+  /// cause in it, if that is not admissible.
   std::optional<Rejection> after(const ProblemPtr& problem, const Point& from, const Point& to) override;
   bool is_empty() const override { return poles_.empty(); }
   /// Where a zero that is no pole was passed and more than one solution goes on, as

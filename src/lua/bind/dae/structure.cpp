@@ -105,14 +105,13 @@ int sigma(Call& call) {
 
 int structural_index(Call& call) {
   const dae::StructureReport& s = report_of(call);
-  return call.push(s.verdict == dae::Verdict::structurally_singular
-                              ? std::nullopt
-                              : std::optional(s.structural_index));
+  return call.push(s.verdict == dae::Verdict::structurally_singular ? std::nullopt
+                                                                    : std::optional(s.structural_index));
 }
 int structural_dof(Call& call) {
   const dae::StructureReport& s = report_of(call);
   return call.push(s.verdict == dae::Verdict::structurally_singular ? std::nullopt
-                                                                           : std::optional(s.structural_dof));
+                                                                    : std::optional(s.structural_dof));
 }
 int structure_index(Call& call) { return call.push(report_of(call).index); }
 int structure_dof(Call& call) { return call.push(report_of(call).dof); }
