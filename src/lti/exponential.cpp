@@ -311,7 +311,8 @@ VecX solution(const System& given, const VecX& x0, const VecX& u) {
   form.x = symbol_vector(Kind::variable, "x", n);
   form.f = VecX(product(g.ss.B, u));
   for (int i = 0; i < n; ++i) {
-    form.equation.push_back(i), form.origin.push_back({i, 0}), form.label.push_back(text("(", i + 1, ")"));
+    form.origin.push_back(std::pair(i, 0));
+    form.label.push_back(text("(", i + 1, ")"));
   }
   dae::SolutionRequest request;
   for (int i = 0; i < n; ++i) request.x0.emplace_back(form.x[i], x0[i]);

@@ -229,8 +229,10 @@ dae::LinearForm linear_form(const Expansion& x) {
   const auto extra = symbol_vector(Kind::variable, "y_linearized", x.outputs);
   f.x.insert(f.x.end(), extra.begin(), extra.end());
   f.f = VecX::Zero(rows);
-  for (int i = 0; i < rows; ++i)
-    f.equation.push_back(i), f.origin.push_back({i, 0}), f.label.push_back(text("(", i + 1, ")"));
+  for (int i = 0; i < rows; ++i) {
+    f.origin.push_back(std::pair(i, 0));
+    f.label.push_back(text("(", i + 1, ")"));
+  }
   return f;
 }
 

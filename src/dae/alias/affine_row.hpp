@@ -1,6 +1,7 @@
 // Residuals split into terms that are linear in unknowns, and the rest.
 #pragma once
 
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -15,8 +16,8 @@ class UnknownNumbers {
   explicit UnknownNumbers(const Model& model);
   int stride() const { return stride_; }
   int size() const { return static_cast<int>(leaves_.size()); }
-  /// -1 for what is no unknown.
-  int of(Expr leaf) const;
+  /// None for what is no unknown.
+  std::optional<int> of(Expr leaf) const;
   Expr leaf(int number) const { return leaves_[number]; }
   int order(int number) const { return number % stride_; }
   int base(int number) const { return number - order(number); }

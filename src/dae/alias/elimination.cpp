@@ -36,7 +36,7 @@ Elimination::Elimination(const Model& model)
   for (const auto* declared : {&model.start_values, &model.start_guesses})
     for (const auto& [leaf, value] : *declared)
       if (const auto u = numbers_.of(symbol_of(leaf).base))
-        wanted_[u] = static_cast<char>(declared == &model.start_guesses ? 2 : 1);
+        wanted_[*u] = static_cast<char>(declared == &model.start_guesses ? 2 : 1);
   for (const Transition& event : model.events)
     for (const auto& [state, value] : event.reset)
       if (const auto u = numbers_.of(symbol_of(state).base)) guarded_[*u] = 1;

@@ -162,9 +162,10 @@ int model_text(Call& call) {
 
 /// "(2a)": the row of the equation that a condition came from.
 std::string equation_of(const dae::Constraint& c, const dae::Model* model) {
-  const auto block = static_cast<std::size_t>(c.origin);
+  if (!c.origin) return "several equations";
+  const auto block = static_cast<std::size_t>(*c.origin);
   const bool known = model && block < model->blocks.size() && c.row < model->blocks[block].lhs.size();
-  return known ? row_label(model->blocks[block], c.origin, c.row) : text("(", c.origin + 1, ")");
+  return known ? row_label(model->blocks[block], *c.origin, c.row) : text("(", *c.origin + 1, ")");
 }
 
 int constraints_text(Call& call) {

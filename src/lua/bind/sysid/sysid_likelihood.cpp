@@ -204,7 +204,7 @@ int deciding(Call& call) {
   Vec samples(0);
   for (const Index row : smallest(s).rows) {
     samples.conservativeResize(samples.size() + 1);
-    samples[samples.size() - 1] = static_cast<double>(s.regression.sample[*row]);
+    samples[samples.size() - 1] = static_cast<double>(s.regression.sample[row]);
   }
   lua_createtable(call.L, static_cast<int>(samples.size()), 0);
   for (Index i = 0; i < samples.size(); ++i) {
