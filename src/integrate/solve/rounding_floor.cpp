@@ -66,13 +66,12 @@ RoundingFloor::Answer RoundingFloor::judge(const Matrix& A, const double* y, con
     trouble = open_[*worst];
     return Answer::no;
   }
-  constexpr double visibly = 1.1;  // tolerances that are raised by less change nothing
-  bool raised = false;
+  bool raised = false;  // else the next attempt is this one again
   least_.resize(open_.size(), 0.0);
   for (std::size_t k = 0; k < open_.size(); ++k) {
     double least = raisable_[k] ? stages / acceptable * open_[k] : 0;
     for (int level = 1; level < index_[k]; ++level) least *= std::min(1.0, dt);
-    if (!(least > visibly * least_[k])) continue;
+    if (!(least > least_[k])) continue;
     least_[k] = least;
     raised = true;
   }
