@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "base/decompositions.hpp"
+#include "dae/rank/rank.hpp"
 #include "dae/start/start_system.hpp"
 
 namespace pendula::dae {
@@ -82,11 +83,11 @@ class LocalSolutions {
   /// Is there a solution within o(h) of w + h d for directions d of the kernel that no equation has chosen?
   /// Then the kernel is tangent to solutions of its dimension.
   bool all_lead_to_solutions(const std::vector<Index>& rows, const Mat& kernel) const {
-    constexpr double golden = 0.6180339887498949, near = 0.1;
+    constexpr double near = 0.1;
     for (int look = 0; look < 2; ++look) {
       Vec d(kernel.cols());
       for (Index k = 0; k < d.size(); ++k)
-        d[k] = std::fmod(static_cast<double>(k + 1 + 7 * look) * golden, 1.0) - 0.3;
+        d[k] = std::fmod(static_cast<double>(k + 1 + 7 * look) * golden_fraction, 1.0) - 0.3;
       d.normalize();
       const auto off = [&](double h) {
         return distance(rows, w_ + h * (kernel * d).cwiseProduct(s_.unit)) / h;
@@ -140,20 +141,34 @@ bool redundant_behind_isolating(const StartSystem& s, const LocalSolutions& near
   return false;
 }
 
+bool fixes_state(const StartSystem& s, std::size_t k) {
+  const auto j = s.fixed_unknown(k);
+  return j && *j < static_cast<Index>(s.state_count);
+}
+
+/// Can a state be what a value that is no state follows from? At a regular point the equations determine such
+/// values, and their fixes are redundant: one that is independent belongs to an unknown whose column
+/// vanishes.
+bool may_be_stationary(const StartSystem& s, const Freedom& f) {
+  bool redundant_state = false, independent_other = false;
+  for (std::size_t k = 0; k < s.fixes(); ++k) {
+    const bool state = fixes_state(s, k);
+    redundant_state = redundant_state || (state && f.redundant[k]);
+    independent_other = independent_other || (!state && !f.redundant[k]);
+  }
+  return redundant_state && independent_other;
+}
+
 /// Fixes that are redundant to first order and yet isolate the point: x = 1 at the double root of z² - 2 z +
 /// x = 0. A fixed state does so before values that are no states.
 void prefer_stationary_state(const StartSystem& s, const LocalSolutions& near, Freedom& f) {
-  const auto is_state = [&](std::size_t k) {
-    const auto j = s.fixed_unknown(k);
-    return j && *j < static_cast<Index>(s.state_count);
-  };
   for (std::size_t k = 0; k < s.fixes(); ++k) {
     if (!f.redundant[k]) continue;
     std::vector<Index> rows = first_rows(s.first_fix);
     std::vector<std::size_t> left_out;
     for (std::size_t other = 0; other < s.fixes(); ++other) {
       if (f.redundant[other]) continue;
-      if (is_state(k) && !is_state(other))
+      if (fixes_state(s, k) && !fixes_state(s, other))
         left_out.push_back(other);
       else
         rows.push_back(static_cast<Index>(s.first_fix + other));
@@ -172,8 +187,7 @@ void prefer_stationary_state(const StartSystem& s, const LocalSolutions& near, F
 void refine_by_curvature(const StartSystem& s, const Vec& w, double threshold, Freedom& f) {
   constexpr Index most = 30;  // unknowns; dense decompositions in every step
   const bool loses_rank = f.rank_equations < static_cast<int>(s.first_fix);
-  const bool has_redundant = std::find(f.redundant.begin(), f.redundant.end(), 1) != f.redundant.end();
-  if (w.size() > most || s.request.nearest || (!loses_rank && !has_redundant)) return;
+  if (w.size() > most || s.request.nearest || (!loses_rank && !may_be_stationary(s, f))) return;
   if (!all_finite(s.jacobian(w))) return;
   const LocalSolutions near(s, w, threshold);
   const std::vector<Index> equations = first_rows(s.first_fix);

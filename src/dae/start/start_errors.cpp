@@ -149,7 +149,8 @@ static std::string vanishing(const StartSystem& s, Expr e, const std::unordered_
   for (const Model* m = &s.model; m; m = m->parent.get())
     for (const auto& [leaf, value] : m->relations) {
       const Expr own = resolve(s.model, leaf);
-      if (own.is_symbol() || own.is_constant() || !inside.contains(own) || evaluate({&own, 1}, point)[0] != 0)
+      if (own.is_symbol() || own.is_constant() || !inside.contains(own) ||
+          pendula::evaluate({&own, 1}, point)[0] != 0)
         continue;
       const std::string name = to_text(leaf);
       if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
