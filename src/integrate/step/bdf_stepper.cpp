@@ -153,8 +153,9 @@ double BdfStepper::safety_factor() const {
 
 void BdfStepper::choose_order(double error) {
   if (history_.equal_steps < history_.order + 1) return;
-  constexpr double longest = 10;            // of successive steps: ode15s and SciPy's BDF have the same limit
-  constexpr double less = 0.9, more = 1.2;  // a step within them is not worth a factorisation, as in RADAU5
+  constexpr double longest = 10;  // of successive steps: ode15s and SciPy's BDF have the same limit
+  // of the size: a step within them is not worth a factorisation (RADAU5 keeps its size from 1 to 1.2)
+  constexpr double less = 0.9, more = 1.2;
   const double safety = safety_factor();
   const auto factor = [](double e, int k) { return e > 0 ? std::pow(e, -1.0 / (k + 1)) : longest; };
   double best = factor(error, history_.order);
