@@ -128,21 +128,54 @@ test("hidden relations of 50 nonlinear pairs in a ring", function()
 end)
 
 -- a + b = sin(t + i) follows the sum of the derivatives: each pair has a hidden relation, which makes a rise
--- by its own derivative. The derivative array of all equations is too large for dense ranks; that of a pair
--- is not.
-test("300 nonlinear pairs, each coupled to the one before, have an index", function()
+-- by its own derivative. The derivative array of all equations is too large for dense ranks; a chain has
+-- closed parts that are not, a ring has none, and a direction that its array leaves open shows the index.
+for kind, last in pairs { chain = false, ring = true } do
+  test("300 nonlinear pairs, each coupled to the one before, have an index: a " .. kind, function()
+    local a, b = var("a", 300), var("b", 300)
+    local equations = {}
+    for i = 1, 300 do
+      local before = i > 1 and i - 1 or last and 300
+      local coupling = before and sin(b[before])/10 or 0
+      equations[#equations + 1] = der(a[i]) + der(b[i]) ~ a[i] + a[i]^3/9 + coupling
+      equations[#equations + 1] = a[i] + b[i] ~ sin(t + i)
+    end
+    local sys = dae(equations)
+    expect(sys:index()):equals(2)
+    expect(sys:dof()):equals(0)
+    local sol = sys:reduce():integrate { start = sys:init {}, to = 0.1 }
+    expect(sol.status):equals "finished"
+    for _, i in ipairs { 1, 2, 300 } do
+      local before = i > 1 and i - 1 or last and 300
+      local x, u = sol(a[i], 0.1), before and sol(b[before], 0.1) or 0
+      expect(x + x^3/9 + math.sin(u)/10):near(math.cos(i + 0.1), 1e-5)
+    end
+  end)
+end
+
+-- x′ is determined by F₁ here, so that no direction may be called open: the structure alone says index 1.
+test("600 nonlinear equations of index 1 in one block keep it", function()
   local a, b = var("a", 300), var("b", 300)
   local equations = {}
   for i = 1, 300 do
-    local coupling = i > 1 and sin(b[i - 1])/10 or 0
-    equations[#equations + 1] = der(a[i]) + der(b[i]) ~ a[i] + a[i]^3/9 + coupling
-    equations[#equations + 1] = a[i] + b[i] ~ sin(t + i)
+    equations[#equations + 1] = der(a[i]) ~ a[i]*b[i] - a[i*7 % 300 + 1]
+    equations[#equations + 1] = 0 ~ a[i]^2 + b[i]^3 + b[i*7 % 300 + 1]/9 - sin(t + i)
   end
-  local sys = dae(equations)
-  expect(sys:index()):equals(2)
-  expect(sys:dof()):equals(0)
-  local sol = sys:reduce():integrate { start = sys:init {}, to = 0.1 }
-  expect(sol.status):equals "finished"
-  local x = sol(a[1], 0.1)
-  expect(x + x^3/9):near(math.cos(1.1), 1e-6)
+  expect(dae(equations):index()):equals(1)
+  expect(dae(equations):dof()):equals(300)
+end)
+
+test("100 models in a ring, whose repaired structure says index 2, have index 1", function()
+  local x, y, z, u = var("x", 100), var("y", 100), var("z", 100), var("u", 100)
+  local equations = {}
+  for i = 1, 100 do
+    local before = (i - 2) % 100 + 1
+    equations[#equations + 1] = der(x[i]) + der(y[i]) ~ x[i] + z[i]
+    equations[#equations + 1] = der(x[i]) + der(y[i]) ~ y[i]^3 + sin(y[before])/10
+    equations[#equations + 1] = z[i] + x[i] ~ u[i]
+    equations[#equations + 1] = der(u[i]) ~ -u[i]
+  end
+  -- u = y³ + … determines y, and y′ by one differentiation
+  expect(dae(equations):index()):equals(1)
+  expect(dae(equations):dof()):equals(200)
 end)

@@ -157,13 +157,19 @@ bool exact_in_general(const Model& m, const Analysis& a) {
   return lower.cannot_determine(rank);
 }
 
-/// A bound that the derivative array reaches is the index.
+/// The derivative array lowers an upper bound until it reaches it: that is the index.
 void confirm_by_array(const Model& m, IndexResult& t) {
-  if (!t.index_is_bound) return;
-  const int points = points_beyond(m, t.index - 1);
-  if (points < 2) return;  // a single point may be an accident
-  t.evidence += text(", and derivative array at ", points, " points");
-  t.index_is_bound = false;
+  constexpr int enough = 2;  // points; a single one may be an accident
+  while (t.index_is_bound && t.index > 0) {
+    if (const int points = points_beyond(m, t.index - 1); points >= enough) {
+      t.evidence += text(", and derivative array at ", points, " points");
+      t.index_is_bound = false;
+    } else if (points_determined(m, t.index - 1) >= enough) {
+      --t.index;
+    } else {
+      return;
+    }
+  }
 }
 
 /// The index by structure, with the number of points at which it was confirmed.

@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "dae/index/array_index.hpp"
+#include "dae/index/open_direction.hpp"
 #include "dae/model/parameter_values.hpp"
 #include "dae/points/array_points.hpp"
 #include "dae/points/derivative_array.hpp"
@@ -138,6 +139,14 @@ std::optional<int> points_beyond(const ClosedPart& part, int k) {
   return points;
 }
 
+DirectionCount directions_at(const std::vector<Expr>& residuals, const Model& m, int k) {
+  constexpr std::size_t most_nodes = 100'000;  // of the residuals; a derivative has some times as many
+  if (topological(residuals).size() > most_nodes) return {};
+  DerivativeArray array(residuals, m.variables);
+  for (int i = 0; i < k; ++i) array.extend();
+  return count_directions(array, 2);
+}
+
 }  // namespace
 
 int points_beyond(const Model& m, int k) {
@@ -148,11 +157,15 @@ int points_beyond(const Model& m, int k) {
   std::size_t looked_at = 0;
   for (const Part& part : closed_parts(incidence(m), static_cast<int>(m.variables.size()), largest)) {
     looked_at += part.rows.size();
-    if (looked_at > most) return 0;
+    if (looked_at > most) break;
     if (const int points = points_beyond(part_of(m, residuals, part), k).value_or(0); points > 1)
       return points;
   }
-  return 0;
+  return directions_at(residuals, m, k).open;
+}
+
+int points_determined(const Model& m, int k) {
+  return directions_at(without_calls(residuals_at_values(m)), m, k).determined;
 }
 
 }  // namespace pendula::dae

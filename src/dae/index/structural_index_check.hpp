@@ -17,9 +17,14 @@ namespace pendula::dae {
 int points_of_agreement(const Model& model, const Analysis& analysis);
 
 /// The number of points (at most 3) of F_k = 0 at which x′ is not determined, so that the index is above k; 0
-/// if x′ is determined at one of them. Of large models looked at are parts that are closed, equations in as
-/// many unknowns: the other equations, which determine the others, tell nothing about these. Cost: a dense
-/// rank of order (k + 1) n at each, n up to 300.
+/// if x′ is determined at one of them, or where no answer was found. Of large models first parts are looked
+/// at that are closed, equations in as many unknowns: the other equations, which determine the others, tell
+/// nothing about these; then all equations for an open direction (open_direction.hpp). Cost: a dense rank of
+/// order (k + 1) n at each, n up to 300; sparse solutions beyond.
 int points_beyond(const Model& model, int k);
+
+/// The number of points (at most 2) of F_k = 0 at which x′ is determined, so that the index is at most k
+/// there. Sparse, for models of any size.
+int points_determined(const Model& model, int k);
 
 }  // namespace pendula::dae
