@@ -179,3 +179,23 @@ test("100 models in a ring, whose repaired structure says index 2, have index 1"
   expect(dae(equations):index()):equals(1)
   expect(dae(equations):dof()):equals(200)
 end)
+
+-- No structure and no repair: z³ = u - x hides behind x + z + u = y³ + …, and dense ranks end at 620 columns.
+test("100 models in a ring without a repair have index 1, from one direction of the derivative array", function()
+  local function ring(n)
+    local x, y, z, u = var("x", n), var("y", n), var("z", n), var("u", n)
+    local equations = {}
+    for i = 1, n do
+      local before = (i - 2) % n + 1
+      equations[#equations + 1] = der(x[i]) + der(y[i]) ~ x[i] + z[i] + u[before]
+      equations[#equations + 1] = der(x[i]) + der(y[i]) ~ y[i]^3 + sin(y[before])/10
+      equations[#equations + 1] = z[i]^3 + x[i] ~ u[i]
+      equations[#equations + 1] = der(u[i]) ~ x[i] - u[i]
+    end
+    return dae(equations)
+  end
+  for _, n in ipairs { 4, 100 } do  -- 4: by dense ranks
+    expect(ring(n):index()):equals(1)
+    expect(ring(n):dof()):equals(2*n)
+  end
+end)

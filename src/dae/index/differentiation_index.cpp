@@ -10,12 +10,15 @@
 #include "dae/index/array_index.hpp"
 #include "dae/index/hidden_constraints.hpp"
 #include "dae/index/near_singular.hpp"
+#include "dae/index/open_direction.hpp"
 #include "dae/index/structural_index_check.hpp"
 #include "dae/model/model_key.hpp"
 #include "dae/model/parameter_values.hpp"
 #include "dae/model/piecewise.hpp"
 #include "dae/pencil/pencil.hpp"
 #include "dae/points/consistent_point_rank.hpp"
+#include "dae/points/derivative_array.hpp"
+#include "dae/points/generic_functions.hpp"
 #include "dae/rank/rank.hpp"
 #include "dae/regularise/least_norm.hpp"
 #include "dae/regularise/regularise.hpp"
@@ -207,11 +210,29 @@ ArrayResult array_from_regularised(const Model& m, const Regularised& r, ArrayOp
   return options.from.empty() ? ArrayResult{} : derivative_array(m, options);
 }
 
+/// The derivative array of a large model, without its conditions.
+std::optional<IndexResult> from_directions(const Model& m, const ArrayOptions& options) {
+  constexpr std::size_t small = 100;  // equations: dense ranks would have found points, too
+  if (m.residuals.size() < small) return {};
+  const auto found = index_by_directions(DerivativeArray(without_calls(residuals_at_values(m)), m.variables),
+                                         options.max_order);
+  if (!found) return {};
+  IndexResult t;
+  t.index = found->index;
+  t.dof = found->dof;
+  t.evidence = "derivative array, directions of x′ at 2 points";
+  t.conditions = IndexResult::Conditions::found;
+  t.complete = t.dof == static_cast<int>(m.states().size());
+  return t;
+}
+
 IndexResult without_regular_structure(const ModelPtr& model, const Analysis& a, const ArrayResult& array,
                                       const ArrayOptions& options) {
   if (array.verdict == ArrayVerdict::determined) return from_array(model, a, array);
   std::vector<std::string> tried;
   const auto regularised = regularise(model, &tried);
+  if (!regularised && array.verdict == ArrayVerdict::not_covered)
+    if (const auto t = from_directions(*model, options)) return *t;
   if (!regularised || array.verdict != ArrayVerdict::not_covered) fail_no_index(*model, a, &array, tried);
   const ArrayResult again = array_from_regularised(*model, *regularised, options);
   if (again.verdict == ArrayVerdict::determined && again.dof == regularised->dof)

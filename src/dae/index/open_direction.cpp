@@ -114,26 +114,59 @@ bool is_determined(const Sparse& Y, Index first) {
   return off.cwiseAbs().maxCoeff() <= exact * (c.norm() + combination.cwiseAbs().maxCoeff());
 }
 
-}  // namespace
+/// Rows and columns of an array at a point.
+struct Slopes {
+  Sparse all, y;  ///< ∂F_k/∂(x, x′, x″ …), and without the columns of x
+  Index first;    ///< columns of x′
+  /// The conditions on x: those combinations of the rows that do not contain x′, x″ …
+  Index conditions() const { return sparse_rank(all) - sparse_rank(y); }
+};
 
-DirectionCount count_directions(const DerivativeArray& array, int wanted) {
+DirectionCount look(const Slopes& at) {
+  if (is_open(at.y, at.first)) return {1, 0};
+  return {0, is_determined(at.y, at.first) ? 1 : 0};
+}
+
+/// Adds up what points say, up to `wanted` of them; visit(slopes) where x′ is determined.
+template <class Visit>
+DirectionCount count_at_points(const DerivativeArray& array, int wanted, const Visit& visit) {
   constexpr int seeds = 8;
   const SparseArray numbers(array);
-  const auto states = static_cast<Index>(array.states().size()),
-             first = static_cast<Index>(array.first().size());
+  const auto states = static_cast<Index>(array.states().size());
+  Slopes slopes{{}, {}, static_cast<Index>(array.first().size())};
   DirectionCount count;
   for (int seed = 0; seed < seeds && count.open + count.determined < wanted; ++seed) {
     const auto w = numbers.point(seed);
     Vec r;
-    Sparse J;
-    if (!w || !numbers.evaluate(*w, seed, r, J)) continue;
-    const Sparse Y = J.rightCols(J.cols() - states);
-    if (is_open(Y, first))
-      ++count.open;
-    else
-      count.determined += is_determined(Y, first);
+    if (!w || !numbers.evaluate(*w, seed, r, slopes.all)) continue;
+    slopes.y = slopes.all.rightCols(slopes.all.cols() - states);
+    const DirectionCount here = look(slopes);
+    count.open += here.open;
+    count.determined += here.determined;
+    if (here.determined > 0) visit(slopes);
   }
   return count;
+}
+
+}  // namespace
+
+DirectionCount count_directions(const DerivativeArray& array, int wanted) {
+  return count_at_points(array, wanted, [](const Slopes&) {});
+}
+
+std::optional<DirectionIndex> index_by_directions(DerivativeArray array, int most) {
+  constexpr int enough = 2;                    // points; a single one may be an accident
+  constexpr std::size_t most_nodes = 400'000;  // as in array_index
+  for (int k = 0; k <= most && topological(array.rows()).size() <= most_nodes; ++k, array.extend()) {
+    std::vector<Index> conditions;
+    const DirectionCount count =
+        count_at_points(array, enough, [&](const Slopes& at) { conditions.push_back(at.conditions()); });
+    if (count.open == enough) continue;
+    if (count.determined < enough || conditions.front() != conditions.back()) return {};
+    const auto states = static_cast<Index>(array.states().size());
+    return DirectionIndex{k, static_cast<int>(states - conditions.front())};
+  }
+  return {};
 }
 
 }  // namespace pendula::dae

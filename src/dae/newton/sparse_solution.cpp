@@ -2,6 +2,7 @@
 
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseLU>
+#include <Eigen/SparseQR>
 #include <algorithm>
 
 #include "base/interrupt.hpp"
@@ -29,6 +30,12 @@ std::optional<Vec> solve_by_lu(const Eigen::SparseMatrix<double>& A, const Vec& 
 
 std::optional<Vec> solve_by_ldlt(const Eigen::SparseMatrix<double>& A, const Vec& b) {
   return refined_solution<Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>>(A, b, 2);
+}
+
+Index sparse_rank(const Sparse& A) {
+  Sparse compressed = A;
+  compressed.makeCompressed();
+  return Eigen::SparseQR<Sparse, Eigen::COLAMDOrdering<int>>(compressed).rank();
 }
 
 std::optional<Vec> square_step(const Sparse& J, const Vec& r) {

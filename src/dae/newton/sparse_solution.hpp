@@ -17,6 +17,10 @@ std::optional<Vec> solve_by_lu(const Eigen::SparseMatrix<double>& A, const Vec& 
 /// a pivot vanishes; inaccurate where one nearly does.
 std::optional<Vec> solve_by_ldlt(const Eigen::SparseMatrix<double>& A, const Vec& b);
 
+/// The rank by QR with column ordering; columns whose rest is below 20 (m + n) ε times the longest column do
+/// not count (Eigen's SparseQR, after Davis, ACM TOMS 38(1), 2011).
+Eigen::Index sparse_rank(const Eigen::SparseMatrix<double>& A);
+
 /// d with J d = -r where the rows and columns that are not zero make a square, regular system (what is left
 /// once the states are held); 0 elsewhere.
 std::optional<Vec> square_step(const Eigen::SparseMatrix<double>& J, const Vec& r);
