@@ -87,7 +87,7 @@ DomainMonitor::Suspicion DomainMonitor::suspicion(const Pole& pole, double g, do
   const bool toward = pole.g * pole.slope < 0 && pole.g * slope < 0;
   if (toward && change * pole.g > 0 && std::fabs(pole.slope) * dt > std::fabs(pole.g))
     return Suspicion::passed;
-  const auto [small, large] = std::minmax(std::fabs(g), std::fabs(pole.g));
+  const auto [small, large] = std::minmax({std::fabs(g), std::fabs(pole.g)});
   return small < almost * large ? Suspicion::touched : Suspicion::none;
 }
 
