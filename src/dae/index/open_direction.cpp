@@ -52,10 +52,12 @@ class SparseArray {
     return true;
   }
 
-  /// Gauss-Newton from the starting values of a seed to F_k = 0. Nothing where it does not converge.
+  /// Gauss-Newton from the starting values of a seed to F_k = 0. Nothing where it does not converge, or to a
+  /// least |F_k| that is not 0.
   std::optional<Vec> point(int seed) const {
     constexpr int most = 40;               // steps
     constexpr double last_digits = 1e-12;  // of the length of w, as in array_points
+    constexpr double solved = 1e-10;       // of w: rows, of unit size, are sums of some hundred terms
     Vec w = numeric_.start(seed), r;
     Sparse J;
     for (int k = 0; k < most; ++k) {
@@ -64,7 +66,10 @@ class SparseArray {
       const Vec step = sparse_least_step(J, r);
       if (!step.allFinite()) return {};
       w += step;
-      if (step.norm() <= last_digits * (1 + w.norm())) return w;
+      if (!(step.norm() <= last_digits * (1 + w.norm()))) continue;
+      const bool zero =
+          evaluate(w, seed, r, J) && r.cwiseAbs().maxCoeff() <= solved * (1 + w.cwiseAbs().maxCoeff());
+      return zero ? std::optional(w) : std::nullopt;
     }
     return {};
   }

@@ -2,13 +2,9 @@
 -- that it does not. Where x′ = 0 at x = 0 no solution crosses; a wall throws a particle back or slows it
 -- down.
 local families = dofile "tests/families.lua"
+local speaks = dofile "tests/speaks.lua"
 local x, v, z = vars "x v z"
 local methods = families.with("auto", "dopri5", "dop853", "tsit5")
-
-local function speaks(sol)
-  return sol.status ~= "finished" or sol:stats().not_unique ~= "" or
-    tostring(sol):find("sol:check() estimates", 1, true) ~= nil
-end
 
 local function each_run(sys, options, tolerances, judge)
   for _, method in ipairs(methods) do

@@ -31,8 +31,8 @@ bool is_negative_power(Expr e) {
   return e.op() == Op::pow && e.operand(1).is_constant() && constant_value(e.operand(1)) < 0;
 }
 
-/// Of x′, and of z in equations without x′, where these are linear in it: z (ε² + x²) = x² divides by ε² +
-/// x².
+/// The coefficients of x′, and of z in equations without x′, where these are linear in it: z in z (ε² + x²) =
+/// x² is a quotient.
 std::vector<Expr> coefficients(const dae::FirstOrder& equations) {
   constexpr std::size_t most = 1000;  // equations; preparing more would take longer than their Jacobian
   std::vector<Expr> found;

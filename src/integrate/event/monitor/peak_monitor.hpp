@@ -27,7 +27,7 @@ class PeakMonitor : public StepMonitor {
   void restart(const ProblemPtr& problem, const Point& point) override;
   /// Shorter steps, if the step has jumped over a peak whose error is not admissible; tolerated where more
   /// than a quarter of the steps were made again: peaks without end. Cost: where there is one, some 30
-  /// evaluations of exponents and two of x′.
+  /// evaluations of exponents and five of x′.
   std::optional<Rejection> after(const ProblemPtr& problem, const Point& from, const Point& to) override;
   bool is_empty() const override { return nodes() == 0; }
 

@@ -60,8 +60,8 @@ bool PoleTest::is_pole() {
 double PoleTest::integrable_error() {
   // log|x| has q = 0; the logarithm of a distance of 10⁻⁸ beside 1 lets it appear as 0.02
   constexpr double least_order = 0.1;
-  constexpr double of_end =
-      0.1;  // weight of a stage at one end of a step: 1/9 in Radau IIA, 35/384 in dopri5
+  // the weight of a stage at one end of a step: 1/9 in Radau IIA, 35/384 in dopri5
+  constexpr double of_end = 0.1;
   const auto at = rhs_ ? zero() : std::nullopt;
   if (!at) return 0;
   const double distance = std::max(first_distance * room(at->share), above_noise * at->noise);
