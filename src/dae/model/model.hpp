@@ -139,6 +139,7 @@ struct ModelAttributes {
   DriftLaw drift = DriftLaw::none;      ///< of the invariants
   std::vector<Expr> decay;              ///< α and β of DriftLaw::decay, numbers or made of parameters
   std::vector<Projection> projections;  ///< form "project": for the integrator, after every step
+  std::vector<Expr> vanishing;  ///< unknowns that are 0 on every solution: the multipliers of form "ggl"
   std::optional<Mechanics> mechanics;
   ModelPtr dependent;  ///< of independent(): with all constraints; elsewhere others may have to be kept
   /// Equivalent to the model it was made from where none of these vanishes.

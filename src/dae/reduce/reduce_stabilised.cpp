@@ -195,6 +195,7 @@ ModelPtr reduce_ggl(const ModelPtr& model) {
   options.drift = DriftLaw::none;
   declare_unknowns(options, *first);
   options.z.insert(options.z.end(), mu.begin(), mu.end());
+  options.vanishing = mu;
   options.trace = ggl_derivation(positions, mu, first->blocks.size());
   if (scaled)
     options.trace.push_back(text("     Units of q and C are far from 1 here: Cqᵀ ", names_of(mu),
