@@ -193,8 +193,10 @@ std::vector<int> ModeTracker::set_modes(const Point& point, const Crossings& cro
       sides[i] = side_ahead(static_cast<int>(i), point);
   use(sides);
   std::vector<int> changed;
+  undecided_.clear();
   for (std::size_t i = 0; i < sides.size(); ++i) {
     const auto& modes = events()[i].modes;
+    if (sides[i] == 0 && is_frozen(i) && !modes.empty()) undecided_.push_back(i);
     if (is_frozen(i) && std::any_of(modes.begin(), modes.end(), [&](const Mode& mode) {
           return before.empty() || modes_[mode.number] != before[mode.number];
         }))
@@ -240,6 +242,19 @@ bool ModeTracker::leads_to(int which, const Point& point, int other, int side) {
   modes_ = in_force;
   use_modes();
   return slope * other > 0 && farther / slope > 0.5 && farther / slope < 2;
+}
+
+bool ModeTracker::has_chosen_side(const Point& before) {
+  if (before.t != begun_at_) return false;
+  bool any = false;
+  for (const std::size_t i : undecided_) {
+    const double side = state_.finder.side(static_cast<int>(i));
+    if (side == 0 || !is_frozen(i)) continue;
+    borders_[i].released = side > 0 ? 1 : -1;
+    any = true;
+  }
+  undecided_.clear();
+  return any;
 }
 
 void ModeTracker::require_way_on(const Point& before) {

@@ -43,6 +43,9 @@ class ModeTracker {
   void begin(const Point& point, const Crossings& crossed);
   /// After a step without events: a crossing was missed, or the solution has left a surface it was on.
   bool differ() const;
+  /// After a first step that began on a border whose side could not be told, since x′ does not follow from x
+  /// (index 2): has it left the border? The run must then begin again where the step began, on that side.
+  bool has_chosen_side(const Point& before);
   /// After a first step: throws Failure where the solution has no continuation on either side of a border:
   /// with the branch of one side the step has returned to the other.
   void require_way_on(const Point& before);
@@ -129,7 +132,8 @@ class ModeTracker {
     long steps = 0, interval = 100;
     double t = 0;
   } attempts_;
-  Crossings begun_;  ///< at the last restart of the run
+  Crossings begun_;                     ///< at the last restart of the run
+  std::vector<std::size_t> undecided_;  ///< borders on which it began, on no side
   double begun_at_ = 0;
   long crossings_ = 0;  ///< of borders that can be unfrozen, at different times
   std::unique_ptr<RhsSolver> derivative_;

@@ -136,7 +136,7 @@ BdfStepper::Newton BdfStepper::newton(double t) {
   problem_->set_time(t);
   double* at = problem_->unknowns();
   std::fill(attempt_.d.begin(), attempt_.d.end(), 0.0);
-  double before = 0;
+  double before = 0, quotient_before = 0;
   for (iteration_.count = 1; iteration_.count <= most_corrections; ++iteration_.count) {
     for (int k = 0; k < N_; ++k) {
       const auto i = static_cast<std::size_t>(k);
@@ -158,23 +158,27 @@ BdfStepper::Newton BdfStepper::newton(double t) {
     solve(attempt_.r.data());
     const double length = scaled_norm(attempt_.r.data(), 1);
     iteration_.length = length;
-    const double rate = iteration_.count > 1 ? length / before : 0;
+    const double quotient = iteration_.count > 1 ? length / before : 0;
+    const bool returns = rows_.returning && quotient < largest_return;
+    const double rate = returns && iteration_.count > 2 ? std::sqrt(quotient * quotient_before) : quotient;
     // at any rate of convergence, since rounding has none
     constexpr double negligible_share = 1e-3;
     const bool negligible = length <= negligible_share * iteration_.tolerance;
-    if (iteration_.count > 1 && !negligible &&
+    const bool alone = iteration_.count == 2 && returns;
+    if (iteration_.count > 1 && !negligible && !alone &&
         (rate >= 1 ||
          std::pow(rate, most_corrections - iteration_.count) / (1 - rate) * length > iteration_.tolerance))
       break;
     for (std::size_t i = 0; i < attempt_.d.size(); ++i) attempt_.d[i] -= attempt_.r[i];
     const bool small =
-        negligible || (iteration_.count > 1 && rate / (1 - rate) * length < iteration_.tolerance);
+        negligible || (iteration_.count > 1 && rate < 1 && rate / (1 - rate) * length < iteration_.tolerance);
     if (small && ((iteration_.count > 1 && rate < 0.5) || plausible())) {
       for (std::size_t i = 0; i < attempt_.d.size(); ++i)
         attempt_.y[i] = attempt_.predicted[i] + attempt_.d[i];
       return is_hidden() ? Newton::slow : Newton::converged;
     }
     before = length;
+    quotient_before = quotient;
   }
   return Newton::slow;
 }

@@ -55,6 +55,7 @@ BdfStepper::BdfStepper(ProblemPtr problem, int highest_order, std::vector<int> i
   solver_.analyse(N_, rows_.positions);
   rounding_ = RoundingFloor(index_, n());
   const bool high_index = std::any_of(index_.begin(), index_.end(), [](int i) { return i > 1; });
+  rows_.returning = check_.slopes_return();
   rows_.column_scale.assign(high_index ? static_cast<std::size_t>(N_) : 0, 1.0);
   const auto size = static_cast<std::size_t>(N_);
   history_.differences.assign(size * (most + 3), 0.0);

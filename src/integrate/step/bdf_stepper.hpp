@@ -33,6 +33,7 @@ class BdfStepper final : public Stepper {
     std::vector<char> in_mass;
     /// c^(1 - index) of every column: multipliers of tiny steps are no reason to be singular.
     std::vector<double> column_scale;
+    bool returning = false;  ///< see largest_return
   };
   struct Jacobian {
     std::vector<double> entries, matrix;  ///< the latter with the factor for x′

@@ -38,9 +38,16 @@ IncrementCheck::Layout IncrementCheck::layout_of(const Problem& problem) {
     if (mass) suits[e.row] = 0;
   }
   Layout layout;
-  for (std::size_t r = 0; r < rows.size(); ++r)
+  int with_slopes = 0;
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    if (!rows[r].mass.empty()) {
+      ++with_slopes;
+      layout.slopes_return = layout.slopes_return || !suits[r];
+    }
     if (rows[r].mass.empty() ? varies[r] : suits[r])
       (rows[r].mass.empty() ? layout.algebraic : layout.rows).push_back(std::move(rows[r]));
+  }
+  layout.slopes_return = layout.slopes_return || with_slopes > n;
   return layout;
 }
 

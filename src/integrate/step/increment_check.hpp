@@ -24,6 +24,8 @@ class IncrementCheck {
   explicit IncrementCheck(const Problem& problem);
 
   bool empty() const { return rows_.empty(); }
+  /// A factor of x′ varies, or z follows from x′: an error of x in an iteration returns as one of z.
+  bool slopes_return() const { return layout_->slopes_return; }
   /// There are rows without x′ whose Jacobian varies.
   bool has_algebraic() const { return !algebraic_.empty(); }
   void begin();
@@ -80,6 +82,7 @@ class IncrementCheck {
   struct Layout {
     std::vector<Row> rows;
     std::vector<Row> algebraic;  ///< rows without x′ whose Jacobian varies
+    bool slopes_return = false;
   };
   static Layout layout_of(const Problem& problem);
 

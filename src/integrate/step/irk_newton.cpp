@@ -265,10 +265,6 @@ double IrkStepper::iterate(CompiledNewtonStep& code) {
 
 IrkStepper::Newton IrkStepper::newton(double dt) {
   constexpr double diverging = 0.99;  // this and the factors of a slow step: RADAU5
-  // Where x′ has a factor that varies, or z follows from x′, an error of x returns as one of z, in its
-  // tolerances, before both shrink: lengths 5, 4.8, 0.03, 0.015 (pendulum, form "acc", rtol 10⁻⁸). One
-  // quotient does not show divergence there, except for a large one: up to 2.2 was seen where it converged.
-  constexpr double returned = 5;
   const int most = most_iterations();
   double before = 0, quotient_before = 0;
   iteration_.contraction = std::pow(static_cast<float>(std::max(iteration_.contraction, eps)), 0.8f);
@@ -283,7 +279,7 @@ IrkStepper::Newton IrkStepper::newton(double dt) {
       const double quotient = length / before;
       iteration_.theta = iteration_.count == 2 ? quotient : std::sqrt(quotient * quotient_before);
       quotient_before = quotient;
-      const bool alone = iteration_.count == 2 && rows_.implicit && quotient < returned;
+      const bool alone = iteration_.count == 2 && rows_.returning && quotient < largest_return;
       if (!(iteration_.theta < diverging) && !alone) return Newton::diverged;
       const double rate = std::min(iteration_.theta, diverging);
       iteration_.contraction = rate / (1 - rate);

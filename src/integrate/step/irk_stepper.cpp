@@ -31,7 +31,7 @@ IrkStepper::IrkStepper(std::string name, ProblemPtr problem,
   if (index_.empty()) index_.assign(static_cast<std::size_t>(N_), 1);
   rounding_ = RoundingFloor(index_, n());
   const bool high_index = std::any_of(index_.begin(), index_.end(), [](int i) { return i > 1; });
-  rows_.implicit = !problem_->is_ode();
+  rows_.returning = check_.slopes_return();
   rows_.bare.assign(static_cast<std::size_t>(N_), high_index);
   for (const Problem::Entry& e : problem_->pattern()) {
     if (e.column >= n()) rows_.bare[e.row] = false;

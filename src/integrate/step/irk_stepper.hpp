@@ -62,7 +62,7 @@ class IrkStepper final : public Stepper {
     std::vector<Position> positions;
     std::vector<char> in_mass;  ///< the entry belongs to ∂F/∂x′
     std::vector<char> bare;     ///< rows of index 2 and 3: constraints in x alone
-    bool implicit = false;      ///< not x′ = f(t, x)
+    bool returning = false;     ///< see largest_return
   };
   struct Jacobian {
     std::vector<double> entries;
