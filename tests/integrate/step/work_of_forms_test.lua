@@ -1,7 +1,7 @@
 -- The work of a run grows with its digits as the order of the method tells, in every form of a model.
 -- Newton's iterations of forms in which z follows from x′ look like diverging ones at first, and the
--- multipliers of "ggl" have no size of their own: pendulums took 3000 steps of radau and 1.8 million of bdf at
--- rtol 10⁻⁹.
+-- multipliers of "ggl" have no size of their own: pendulums took 3000 steps of radau and 1.8 million of bdf
+-- at rtol 10⁻⁹.
 local x, y, u, v, la = vars "x y u v la"
 local pendulum = dae { der(x) ~ u, der(y) ~ v, der(u) ~ -la*x, der(v) ~ -la*y - 9.81, x^2 + y^2 ~ 1 }
 local x1, y1, x2, y2, l1, l2 = vars "x1 y1 x2 y2 l1 l2"
