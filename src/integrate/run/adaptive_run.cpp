@@ -164,8 +164,6 @@ class AdaptiveRun {
     state_.view_step();
     if (modes_.has_missed_excursion() && events_.repeated_shorter()) return restart_step_monitors();
     if (events_.after_step(outcome)) return restart_step_monitors();
-    if (plan().modes > 0 && modes_.has_chosen_side(stepper().before()))
-      return events_.begin_again(Point(stepper().before()), {});
     if (plan().modes > 0) modes_.require_way_on(stepper().before());
     const bool done = stepper().here().t >= plan().to, at_break = stepper().here().t >= state_.end;
     state_.keep(stepper().here(), at_break && (!done || breaks_.are_at_end()));

@@ -32,7 +32,7 @@ bool EventHandler::after_step(RunOutcome& outcome) {
       if (state_.plan.guards.empty() || !first_in_step_ || !repeated_shorter()) throw;
       return true;
     }
-    if (!hit) return false;
+    if (!hit) return begins_on_chosen_side();
     if (drop_jumps(*hit)) continue;
     if (modes_.has_just_left(*hit)) {
       state_.finder.pass(*hit, state_.stepper(), state_.view);
@@ -41,6 +41,14 @@ bool EventHandler::after_step(RunOutcome& outcome) {
     if (handle(*hit, outcome)) return true;
   }
   return false;
+}
+
+/// The step has shown the side of a border on which it began without one: it is made anew.
+bool EventHandler::begins_on_chosen_side() {
+  const Point before = state_.stepper().before();
+  if (state_.plan.modes == 0 || !modes_.has_chosen_side(before)) return false;
+  begin_again(before, {});
+  return true;
 }
 
 /// Removes factors that change their sign by a jump. Together with their branches they vanish nowhere, like

@@ -51,6 +51,7 @@ class EventHandler {
 
   /// The step is taken back and repeated with a quarter of its length. False where that makes no progress, or
   /// where x′ and z, solved for again, are on another branch: the step has passed the singular point already.
+  bool begins_on_chosen_side();
   bool repeated_shorter();
   bool repeated_for_doubt();
 

@@ -1,6 +1,6 @@
 -- A run that begins on a border at which its equations jump, where x′ does not follow from x (index 2): the
--- side is known after a first step only, which is made anew on it. Without that the length of this step, 10⁻⁶,
--- was an error of the result at every tolerance. Exact: the same motion with the angle as its coordinate.
+-- side is known after a first step only, which is made anew on it. Without that the length of this step,
+-- 10⁻⁶, was an error of the result at every tolerance. Exact: the same motion with the angle as coordinate.
 local x, y, u, v, la, w, phi, omega = vars "x y u v la w phi omega"
 
 -- The friction acts along (-y, x), by the speed w = x v - y u = φ′ on the unit circle.
