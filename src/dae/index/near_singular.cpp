@@ -64,7 +64,11 @@ std::optional<Expr> with_zeros(Expr residual, const std::vector<Expr>& constants
 /// Sizes of unknowns determined without the smallest constants. In nanometres, 10⁻¹⁸ is an area.
 class SizesWithout {
  public:
-  explicit SizesWithout(const std::vector<Expr>& residuals) : values_(random_point(residuals, 0)) {
+  /// given: with the constants, beside which t may occur that does not elsewhere.
+  SizesWithout(const std::vector<Expr>& residuals, const std::vector<Expr>& given)
+      : values_(random_point(residuals, 0)) {
+    for (const auto& [leaf, value] : random_point(given, 0))
+      if (symbol_of(leaf).kind != Kind::variable) values_.emplace(leaf, value);
     std::vector<Expr> unknowns;
     for (Expr leaf : leaves(residuals))  // not in the order of the map, which depends on the session
       if (symbol_of(leaf).kind == Kind::variable) unknowns.push_back(leaf);
@@ -111,7 +115,7 @@ std::optional<std::string> note_on_rounding(const Model& m, const std::string& h
   if (other.residuals == given) return {};
 
   std::vector<std::string> words;
-  const SizesWithout sizes(other.residuals);
+  const SizesWithout sizes(other.residuals, given);
   for (std::size_t i = 0; i < given.size(); ++i) {
     const auto is_seen = [&](Expr c) {
       if (is_difference_of_roundings(constant_value(c))) return false;

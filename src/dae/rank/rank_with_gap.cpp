@@ -50,28 +50,33 @@ Mat equilibrated(Mat m) {
   return m;
 }
 
+Balance balance(const Mat& m) {
+  std::vector<EntrySize> entries;
+  for (Index j = 0; j < m.cols(); ++j)
+    for (Index i = 0; i < m.rows(); ++i) entries.push_back({i, j, std::fabs(m(i, j))});
+  return balance(m.rows(), m.cols(), entries);
+}
+
 /// Curtis & Reid (J. Inst. Maths Applics 10, 1972): minimises the sum of squares of log |m_ij rᵢ cⱼ|
 /// over the entries.
-Balance balance(const Mat& m) {
-  const Index rows = m.rows(), n = rows + m.cols();
+Balance balance(Index rows, Index columns, const std::vector<EntrySize>& entries) {
+  const Index n = rows + columns;
   constexpr double slight = 1e-10;  // fixes the open factors: r and 1/c of an isolated block
   std::vector<Eigen::Triplet<double>> lower;
   Vec right = Vec::Zero(n);
   for (Index k = 0; k < n; ++k) lower.emplace_back(k, k, slight);
-  for (Index j = 0; j < m.cols(); ++j)
-    for (Index i = 0; i < rows; ++i) {
-      const double size = std::fabs(m(i, j));
-      if (size == 0) continue;
-      lower.emplace_back(i, i, 1);
-      lower.emplace_back(rows + j, rows + j, 1);
-      lower.emplace_back(rows + j, i, 1);
-      right[i] -= std::log(size);
-      right[rows + j] -= std::log(size);
-    }
+  for (const auto& [i, j, size] : entries) {
+    if (size == 0) continue;
+    lower.emplace_back(i, i, 1);
+    lower.emplace_back(rows + j, rows + j, 1);
+    lower.emplace_back(rows + j, i, 1);
+    right[i] -= std::log(size);
+    right[rows + j] -= std::log(size);
+  }
   Eigen::SparseMatrix<double> normal(n, n);
   normal.setFromTriplets(lower.begin(), lower.end());
   const Vec logs = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(normal).solve(right);
-  return {logs.head(rows).array().exp(), logs.tail(m.cols()).array().exp()};
+  return {logs.head(rows).array().exp(), logs.tail(columns).array().exp()};
 }
 
 RankGap rank_with_gap(const Mat& given) {

@@ -1,6 +1,8 @@
 // Numeric rank with the gap of singular values that decided it.
 #pragma once
 
+#include <vector>
+
 #include "base/math.hpp"
 
 namespace pendula::dae {
@@ -21,6 +23,12 @@ struct Balance {
   Mat operator()(const Mat& m) const { return rows.asDiagonal() * m * columns.asDiagonal(); }
 };
 Balance balance(const Mat& m);
+/// The same of a sparse matrix; entries of size 0 do not count. Cost: one sparse factorisation.
+struct EntrySize {
+  Eigen::Index row, column;
+  double size;
+};
+Balance balance(Eigen::Index rows, Eigen::Index columns, const std::vector<EntrySize>& entries);
 
 struct RankGap {
   int rank = 0;

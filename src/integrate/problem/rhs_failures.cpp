@@ -8,17 +8,24 @@
 
 namespace pendula::integrate {
 
-/// Scaling the rows is not enough where, for instance, masses of 10⁻¹² and forces of 1 share a row.
+/// Scaling the rows is not enough where, for instance, masses of 10⁻¹² and forces of 1 share a row. Without
+/// straight-line code: whether there is some depends on earlier runs, and its pivots are those of other matrices.
 bool RhsSolver::is_regular_in_other_units() const {
-  std::vector<double> scaled = entries_;
-  for (double& entry : scaled) entry = std::fabs(entry);
-  const std::vector<double> scale = column_scale(solver_.size(), layout_->positions, scaled);
-  if (scale.empty()) return false;
-  for (std::size_t k = 0; k < scaled.size(); ++k)
-    scaled[k] = entries_[k] * scale[layout_->positions[k].column];
-  LinearSolver<double> solver;
-  solver.analyse(solver_.size(), layout_->positions);
-  return solver.factorise(scaled.data()) && solver.weakest_pivot() > least_pivot;
+  using Solver = LinearSolver<double>;
+  std::vector<double> sizes = entries_;
+  for (double& entry : sizes) entry = std::fabs(entry);
+  for (const auto scale : {&column_scale, &balanced_column_scale}) {
+    const std::vector<double> column = scale(solver_.size(), layout_->positions, sizes);
+    if (column.empty()) continue;
+    std::vector<double> scaled = entries_;
+    for (std::size_t k = 0; k < scaled.size(); ++k) scaled[k] *= column[layout_->positions[k].column];
+    Solver solver;
+    solver.analyse(
+        solver_.size(), layout_->positions,
+        solver_.size() <= Solver::dense_limit ? Solver::Factorisation::dense : Solver::Factorisation::band);
+    if (solver.factorise(scaled.data()) && solver.weakest_pivot() > least_pivot) return true;
+  }
+  return false;
 }
 
 std::string RhsSolver::reason() const {
@@ -40,12 +47,13 @@ std::string RhsSolver::reason() const {
 
 bool RhsSolver::settle(Point& point) {
   Vec xdot = point.xdot, z = point.z;
-  if (solve(point.t, point.x.data(), xdot.data(), z.data(), false) && is_regular()) {
+  const bool solved = solve(point.t, point.x.data(), xdot.data(), z.data(), false), regular = is_regular();
+  if (solved && regular) {
     point.xdot = xdot;
     point.z = z;
     return true;
   }
-  if (!is_singular()) throw Failure(reason());
+  if (!solved && regular && trouble_ != Trouble::singular) throw Failure(reason());
   return false;
 }
 

@@ -45,7 +45,6 @@ class RhsSolver {
   std::string reason() const;
   bool is_linear() const { return ode_ || layout_->linear; }
   bool has_constant_matrix() const { return ode_ || layout_->constant; }
-  bool is_singular() const { return trouble_ == Trouble::singular || !is_regular(); }
   /// ∂F/∂(x′, z) was well away from singular, in any units of the unknowns, where it was last factorised.
   bool is_regular() const {
     return ode_ || solver_.weakest_pivot() > least_pivot || is_regular_in_other_units();

@@ -1,7 +1,10 @@
 #include "integrate/solve/column_scale.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+
+#include "dae/rank/rank_with_gap.hpp"
 
 namespace pendula::integrate {
 
@@ -19,6 +22,23 @@ std::vector<double> column_scale(int n, std::span<const Position> positions, std
     c = 1 / c;
   }
   return column;
+}
+
+std::vector<double> balanced_column_scale(int n, std::span<const Position> positions,
+                                          std::span<const double> sizes) {
+  std::vector<dae::EntrySize> entries;
+  std::vector<char> occurs(static_cast<std::size_t>(n), 0);
+  for (std::size_t k = 0; k < positions.size(); ++k) {
+    if (!std::isfinite(sizes[k])) return {};
+    if (sizes[k] > 0) occurs[positions[k].column] = 1;
+    entries.push_back({positions[k].row, positions[k].column, sizes[k]});
+  }
+  if (std::find(occurs.begin(), occurs.end(), 0) != occurs.end()) return {};
+  const dae::Balance balance = dae::balance(n, n, entries);
+  // factors whose products with entries overflow are no units
+  constexpr double largest = 1e150;
+  if (!(balance.columns.maxCoeff() < largest && balance.columns.minCoeff() > 1 / largest)) return {};
+  return {balance.columns.begin(), balance.columns.end()};
 }
 
 }  // namespace pendula::integrate

@@ -337,19 +337,22 @@ bool LinearSolver<Scalar>::factorise_by_rows(const Scalar* values) {
   return band_ ? band_->factorise(values) : factorise_dense(values);
 }
 
-/// A second attempt with scaled columns. A pivot that is lost relative to its row may be due to the unit of
-/// an unknown, as for multipliers of constraints between lengths in nanometres.
+/// Further attempts with scaled columns. A pivot that is lost relative to its row may be due to the unit of
+/// an unknown, as for multipliers of constraints between lengths in nanometres, or to products of units.
 template <class Scalar>
 bool LinearSolver<Scalar>::factorise_by_columns(const Scalar* values) {
   std::vector<double> sizes(positions_.size());
   std::transform(values, values + sizes.size(), sizes.begin(), [](Scalar v) { return size_of_entry(v); });
-  std::vector<double> column = column_scale(n_, positions_, sizes);
-  if (column.empty()) return false;
-  std::vector<Scalar> scaled(values, values + positions_.size());
-  for (std::size_t k = 0; k < scaled.size(); ++k) scaled[k] *= column[positions_[k].column];
-  if (!factorise_by_rows(scaled.data())) return false;
-  column_scale_ = std::move(column);
-  return true;
+  for (const auto scale : {&pendula::integrate::column_scale, &balanced_column_scale}) {
+    std::vector<double> column = scale(n_, positions_, sizes);
+    if (column.empty()) continue;
+    std::vector<Scalar> scaled(values, values + positions_.size());
+    for (std::size_t k = 0; k < scaled.size(); ++k) scaled[k] *= column[positions_[k].column];
+    if (!factorise_by_rows(scaled.data())) continue;
+    column_scale_ = std::move(column);
+    return true;
+  }
+  return false;
 }
 
 /// P A = L U by rows with scaled pivoting. A pivot at the rounding level of its row means "singular".
