@@ -100,7 +100,7 @@ static Analysis analysed(const Model& m) {
   a.offsets = offsets(a.sigma, n);
   if (!a.offsets.unmatched.empty()) return a;
   a.jacobian = system_jacobian(m.residuals, unknowns_of(m), a.offsets, a.sigma);
-  a.rank = generic_rank(a.jacobian, n, n);
+  a.rank = generic_rank(a.jacobian, n, n, m.residuals);
   a.jacobian_status = jacobian_status_of(m, a);
   a.regular = a.jacobian_status == JacobianStatus::regular;
   if (!a.regular) return a;

@@ -150,7 +150,7 @@ ModelKind classify(const Model& m, bool& mass_matrix) {
     const auto free_of = [&](const std::unordered_set<Expr>& set) {
       return std::none_of(J.begin(), J.end(), [&](const Entry& e) { return contains_any(e.value, set); });
     };
-    const bool regular = generic_rank(J, size, size).rank == size;
+    const bool regular = generic_rank(J, size, size, with).rank == size;
     if (pure && regular) return ModelKind::implicit_ode;
     if (regular && free_of(top_set) && free_of(z_set)) {
       mass_matrix = true;

@@ -21,6 +21,7 @@ using Index = Eigen::Index;
 constexpr double solved_below = 1e-11;  // scaled residual of a point
 constexpr int max_iterations = 120;     // exponents decrease by one per Newton step
 constexpr double far_away = 1e10;       // times the largest starting value, or 1
+constexpr double usual = 300;  // units within 1/300 … 300 remain 1: damped steps from size 1 find such points
 
 /// |r_i| relative to the size of its own terms.
 double scaled_size(const Vec& r, const Mat& J, const Vec& w) {
@@ -133,7 +134,6 @@ void NumericArray::prepare() {
 }
 
 void NumericArray::measure_time(const std::vector<Expr>& equations) {
-  constexpr double usual = 300;
   const Expr t = time_symbol();
   if (equations.size() > most_measured || std::find(others_.begin(), others_.end(), t) == others_.end())
     return;
@@ -149,9 +149,8 @@ void NumericArray::measure_time(const std::vector<Expr>& equations) {
 /// Determines units, but only if the model has sizes far from 1, like nanometres or pascals. Long rows, such
 /// as derivatives of high order, are left out: they contain no other information than their equations.
 /// Unknowns that occur in them alone get the unit of their integral.
-void NumericArray::measure(Units units, const std::unordered_map<Expr, double>& others) {
-  constexpr double usual =
-      300;  // units within 1/300 … 300 remain 1: damped steps from size 1 find such points
+void NumericArray::measure(Units units, const std::unordered_map<Expr, double>& others,
+                           const std::vector<std::pair<Expr, double>>& anchors) {
   constexpr std::size_t many = 3000, short_row = 100;  // nodes: of all rows; of one row, if there are more
   if (rows_ == 0 || columns_.empty() || rows_ > most_measured) return;
   const bool all = topological(std::span(outputs_).first(rows_)).size() <= many;
@@ -162,7 +161,7 @@ void NumericArray::measure(Units units, const std::unordered_map<Expr, double>& 
       rows.push_back(outputs_[i]);
       place.push_back(static_cast<Index>(i));
     }
-  Magnitudes m = magnitudes(rows, rows.size(), columns_, others, {});
+  Magnitudes m = magnitudes(rows, rows.size(), columns_, others, anchors);
   const auto inside = leaves(rows);
   const std::unordered_set<Expr> measured(inside.begin(), inside.end());
   std::unordered_map<Expr, Index> column;
@@ -178,6 +177,26 @@ void NumericArray::measure(Units units, const std::unordered_map<Expr, double>& 
     return;
   unit_ = std::move(m.unknowns);
   for (std::size_t k = 0; k < place.size(); ++k) row_unit_[place[k]] = m.rows[k];
+}
+
+bool NumericArray::suits(const std::unordered_map<Expr, double>& values) const {
+  for (std::size_t j = 0; j < columns_.size(); ++j)
+    if (const auto at = values.find(columns_[j]);
+        at != values.end() && std::fabs(at->second) > usual * unit_[static_cast<Index>(j)])
+      return false;
+  return true;
+}
+
+void NumericArray::measure_near(const std::unordered_map<Expr, double>& values) {
+  auto others = known(0);
+  for (auto& [leaf, value] : others)
+    if (const auto at = values.find(leaf); at != values.end()) value = at->second;
+  std::vector<std::pair<Expr, double>> anchors;
+  for (Expr leaf : columns_)
+    if (const auto at = values.find(leaf); at != values.end()) anchors.emplace_back(leaf, at->second);
+  unit_.setOnes();
+  row_unit_.setOnes();
+  measure(Units::far_from_one, others, anchors);
 }
 
 Vec NumericArray::start(int seed, const std::unordered_map<Expr, double>& continued) const {
@@ -290,20 +309,57 @@ Mat NumericArray::jacobian(const Vec& w, const std::unordered_map<Expr, double>&
   return J;
 }
 
+namespace {
+
+/// Ranks of parts of J with largest entries of 1, and of J balanced (rank_in_any_units()). All parts are
+/// judged in one matrix: where the balanced one has a higher rank somewhere, and clear gaps, in that one.
+class RanksOfParts {
+ public:
+  explicit RanksOfParts(const Mat& J) : even_(equilibrated(J)) {}
+
+  /// Of the first `rows` rows, without the first `columns` columns.
+  RankGap operator()(Index rows, Index columns) {
+    const RankGap found = rank_with_gap(even_.topRows(rows).rightCols(even_.cols() - columns));
+    lost_ = lost_ || found.rank < std::min(rows, even_.cols() - columns);
+    return found;
+  }
+
+  /// A rank was below the number of rows and columns, and there is a balanced matrix to look at.
+  bool may_be_higher() {
+    if (!lost_ || !even_.allFinite()) return false;
+    even_ = balance(even_)(even_);
+    return even_.allFinite();
+  }
+
+ private:
+  Mat even_;
+  bool lost_ = false;
+};
+
+}  // namespace
+
 ArrayRanks NumericArray::ranks(const Solution& at, const std::unordered_map<Expr, double>& known) const {
   Vec r;
   Mat J;
   evaluate_at(at.w, known, r, J);
-  const auto x = static_cast<Index>(states_), n = static_cast<Index>(first_);
-  const RankGap all = rank_with_gap(J), y = rank_with_gap(J.rightCols(J.cols() - x)),
-                higher = rank_with_gap(J.rightCols(J.cols() - x - n));
-  ArrayRanks ranks{all.rank, y.rank, higher.rank, std::min({all.gap, y.gap, higher.gap}), {}, at.slow};
-  for (std::size_t rows = equations_; rows < rows_; rows += equations_) {
-    const Mat first_rows = J.topRows(static_cast<Index>(rows));
-    ranks.prefixes.push_back({rank_with_gap(first_rows.rightCols(J.cols() - x)).rank,
-                              rank_with_gap(first_rows.rightCols(J.cols() - x - n)).rank});
-  }
-  return ranks;
+  const auto x = static_cast<Index>(states_), y = x + static_cast<Index>(first_);
+  RanksOfParts rank(J);
+  const auto taken = [&] {
+    const RankGap all = rank(J.rows(), 0), without_x = rank(J.rows(), x), higher = rank(J.rows(), y);
+    ArrayRanks ranks{all.rank, without_x.rank, higher.rank, std::min({all.gap, without_x.gap, higher.gap}),
+                     {},       at.slow};
+    for (std::size_t rows = equations_; rows < rows_; rows += equations_)
+      ranks.prefixes.push_back(
+          {rank(static_cast<Index>(rows), x).rank, rank(static_cast<Index>(rows), y).rank});
+    return ranks;
+  };
+  const ArrayRanks first = taken();
+  if (!rank.may_be_higher()) return first;
+  ArrayRanks second = taken();
+  second.balanced = second.gap >= clear_gap && second.all >= first.all && second.y >= first.y &&
+                    second.higher >= first.higher &&
+                    second.all + second.y + second.higher > first.all + first.y + first.higher;
+  return second.balanced ? second : first;
 }
 
 }  // namespace pendula::dae

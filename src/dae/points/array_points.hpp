@@ -26,7 +26,8 @@ struct ArrayRanks {
     int y, higher;
   };
   std::vector<OfPrefix> prefixes;  ///< of F_0, F_1 … F_{k-1}, which are the first rows, at the same point
-  bool slow = false;  ///< Gauss-Newton converged linearly: the Jacobian loses rank at the solution
+  bool slow = false;      ///< Gauss-Newton converged linearly: the Jacobian loses rank at the solution
+  bool balanced = false;  ///< ranks of the balanced matrix, which are higher than with largest entries of 1
 };
 
 /// The numeric derivative array at one k. All functions of time but the unknowns get values of their own.
@@ -51,6 +52,12 @@ class NumericArray {
   /// Takes the size of t from these equations: those of the array at values of their parameters. 1, unless a
   /// row tells a size far from it, as cos(t/T) does.
   void measure_time(const std::vector<Expr>& equations);
+
+  /// Are these values no larger than the units let one expect? The equations may leave some of them open, as
+  /// the mass of a mixture of which they tell the composition.
+  bool suits(const std::unordered_map<Expr, double>& values) const;
+  /// Takes units that the equations leave open from these values.
+  void measure_near(const std::unordered_map<Expr, double>& values);
 
   /// Values for t, inputs, parameters without value: drawn from the seed and the name, the same for every k.
   std::unordered_map<Expr, double> known(int seed) const;
@@ -82,7 +89,8 @@ class NumericArray {
 
  private:
   void prepare();
-  void measure(Units units, const std::unordered_map<Expr, double>& others);
+  void measure(Units units, const std::unordered_map<Expr, double>& others,
+               const std::vector<std::pair<Expr, double>>& anchors = {});
 
   std::vector<Expr> columns_, outputs_, others_;  ///< others: leaves of the outputs that are no columns
   std::vector<Entry> entries_;

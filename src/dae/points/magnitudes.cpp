@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "dae/points/least_absolute.hpp"
+#include "expr/graph/declaration.hpp"
 #include "expr/graph/derivative.hpp"
 
 namespace pendula::dae {
@@ -290,15 +291,16 @@ double row_unit(const std::vector<Form>& terms, const std::vector<double>& const
 /// order 5 is 10⁴⁵ times its unknown, and right: each of its orders may be as large as the range of unknowns.
 bool is_credible(const Vec& log_unit, const std::vector<int>& orders) {
   constexpr double widest = 80;
+  const int lowest = *std::min_element(orders.begin(), orders.end());
   double least = INFINITY, most = -INFINITY;
   for (Index j = 0; j < log_unit.size(); ++j) {
-    if (orders[j] > 1) continue;
+    if (orders[j] > lowest) continue;
     least = std::min(least, log_unit[j]);
     most = std::max(most, log_unit[j]);
   }
   if (!(most - least <= widest)) return false;
   for (Index j = 0; j < log_unit.size(); ++j) {
-    const double slack = orders[j] > 1 ? (orders[j] - 1) * std::max(widest / 4, most - least) : 0;
+    const double slack = (orders[j] - lowest) * std::max(widest / 4, most - least);
     if (log_unit[j] < std::min(least, most - widest) - slack ||
         log_unit[j] > std::max(most, least + widest) + slack)
       return false;
@@ -315,7 +317,10 @@ SizeEquations::SizeEquations(const std::vector<Expr>& rows, std::size_t equation
   parts_->unknowns = static_cast<Index>(unknowns.size());
   Builder(unknowns, leaves, values, *parts_).visit(rows, equations);
   for (double value : values) parts_->has_size.push_back(has_size(value));
-  for (Expr leaf : unknowns) parts_->orders.push_back(symbol_of(leaf).order);
+  for (Expr leaf : unknowns) {
+    const auto derivative = stands_for(leaf);  // x_ddot of a form is as large as x″
+    parts_->orders.push_back(symbol_of(leaf).order + (derivative ? symbol_of(*derivative).order : 0));
+  }
   for (const Form& e : parts_->equations) parts_->least.add(e.slope);
   parts_->least.finish(parts_->unknowns + parts_->own_sizes);
 }

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "base/decompositions.hpp"
+#include "dae/points/magnitudes.hpp"
 #include "dae/rank/rank_with_gap.hpp"
 #include "expr/generic/generic.hpp"
 #include "expr/graph/declaration.hpp"
@@ -50,9 +51,8 @@ int numeric_rank(const Mat& m, double* gap) {
 }
 
 /// The rank at a point, independent of units. Singular values count if they clearly exceed the effect of the
-/// last digits of the point. Entries that have cancelled are set to 0. Then rows and columns are divided in
-/// turn by √(largest · least entry) (Tomlin, Math. Programming Study 4, 1975), which removes factors r_i c_j
-/// if the other factors are of similar size.
+/// last digits of the point. Entries that have cancelled are set to 0; then factors r_i c_j are removed
+/// (balance()).
 class RankInOwnUnits {
  public:
   RankInOwnUnits(const MatX& m, const std::unordered_map<Expr, double>& point) : value_(m.rows(), m.cols()) {
@@ -81,11 +81,10 @@ class RankInOwnUnits {
   }
 
   int rank() {
-    constexpr int sweeps = 8;
-    for (int k = 0; k < sweeps; ++k) {
-      for (Eigen::Index i = 0; i < value_.rows(); ++i) divide(value_.row(i), noise_.row(i));
-      for (Eigen::Index j = 0; j < value_.cols(); ++j) divide(value_.col(j), noise_.col(j));
-    }
+    const Balance units = balance(value_);
+    value_ = units(value_);
+    noise_ = units(noise_);
+    if (!value_.allFinite() || !noise_.allFinite()) return 0;
     constexpr double clear = 10;  // times the noise
     const Vec s = Eigen::JacobiSVD<Mat>(value_).singularValues();
     const double least = clear * (noise_.norm() + std::numeric_limits<double>::epsilon() * s[0]);
@@ -93,29 +92,29 @@ class RankInOwnUnits {
   }
 
  private:
-  template <class Line>
-  static void divide(Line line, Line noise) {
-    double least = std::numeric_limits<double>::infinity(), largest = 0;
-    for (double v : line)
-      if (v != 0) {
-        least = std::min(least, std::fabs(v));
-        largest = std::max(largest, std::fabs(v));
-      }
-    if (largest == 0) return;
-    const double size = std::sqrt(least) * std::sqrt(largest);
-    line /= size;
-    noise /= size;
-  }
-
   Mat value_, noise_;
 };
 
-/// The largest numeric rank at a few random points, which detects identities between transcendental
-/// functions. Empty if the entries are not finite at any of them.
-static std::optional<int> sampled_rank(const MatX& m) {
-  std::optional<int> best;
+using Sizes = std::unordered_map<Expr, double>;
+
+/// The sizes of all symbols for which the terms of every sum are alike (magnitudes.hpp): where a length is 10⁹,
+/// (d - 10⁹)/d has no digits of d left at d = 1.
+static Sizes sizes_in(const std::vector<Expr>& rows) {
+  std::vector<Expr> symbols;
+  for (Expr leaf : leaves(rows))
+    if (symbol_of(leaf).kind != Kind::constant) symbols.push_back(leaf);
+  const Vec size = magnitudes(rows, rows.size(), symbols, {}, {}).unknowns;
+  Sizes of;
+  for (std::size_t k = 0; k < symbols.size(); ++k) of[symbols[k]] = size[static_cast<Eigen::Index>(k)];
+  return of;
+}
+
+/// Raises `best` to the largest numeric rank at a few random points near these sizes, 1 where there is none.
+static void sample_rank(const MatX& m, const Sizes& sizes, std::optional<int>& best) {
   for (int attempt = 0, valid = 0; attempt < 20 && valid < 6; ++attempt) {
-    const auto point = random_point(entries(m), attempt);
+    auto point = random_point(entries(m), attempt);
+    for (const auto& [leaf, size] : sizes)
+      if (const auto at = point.find(leaf); at != point.end()) at->second *= size;
     const Mat value = evaluate(m, point);
     if (!value.allFinite()) continue;
     ++valid;
@@ -124,10 +123,21 @@ static std::optional<int> sampled_rank(const MatX& m) {
     best = std::max(best.value_or(0), rank);
     if (best == std::min(m.rows(), m.cols())) break;
   }
+}
+
+/// The rank at random points, which detects identities between transcendental functions. Empty if the entries
+/// are not finite at any of them.
+static std::optional<int> sampled_rank(const MatX& m, const std::vector<Expr>& equations) {
+  std::optional<int> best;
+  sample_rank(m, {}, best);
+  if (best == std::min(m.rows(), m.cols())) return best;
+  const std::span<const Expr> own = entries(m);
+  sample_rank(m, sizes_in(equations.empty() ? std::vector<Expr>(own.begin(), own.end()) : equations), best);
   return best;
 }
 
-ModularRank generic_rank(std::span<const Entry> entries, int rows, int columns) {
+ModularRank generic_rank(std::span<const Entry> entries, int rows, int columns,
+                         const std::vector<Expr>& equations) {
   ModularRank exact = modular_rank(entries, rows, columns);
   constexpr int affordable = 64;  // singular values cost O(n³)
   std::vector<Expr> values;
@@ -136,7 +146,7 @@ ModularRank generic_rank(std::span<const Entry> entries, int rows, int columns) 
     return exact;
   MatX m = MatX::Zero(rows, columns);
   for (const Entry& e : entries) m(e.row, e.column) = e.value;
-  exact.rank = std::min(exact.rank, sampled_rank(m).value_or(exact.rank));
+  exact.rank = std::min(exact.rank, sampled_rank(m, equations).value_or(exact.rank));
   return exact;
 }
 

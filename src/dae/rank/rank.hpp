@@ -26,8 +26,10 @@ std::unordered_map<Expr, double> random_point(std::span<const Expr> outputs, int
 /// Largest rank over several random points. Rank deficiency at all of them means "identically
 /// singular" up to a set of measure zero; points where an entry is not finite are skipped. Cost: a
 /// few evaluations and one SVD each.
+/// equations: where the entries come from; they tell the sizes of unknowns, of which the entries tell some.
 int generic_rank(const MatX& m);
-ModularRank generic_rank(std::span<const Entry> entries, int rows, int columns);
+ModularRank generic_rank(std::span<const Entry> entries, int rows, int columns,
+                         const std::vector<Expr>& equations = {});
 
 /// Numeric rank by SVD after scaling rows and columns to unit size; `gap`, if given, receives σ_r / σ_1.
 int numeric_rank(const Mat& m, double* gap = nullptr);

@@ -6,6 +6,7 @@
 #include "dae/model/forms.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/model/parameter_values.hpp"
+#include "dae/rank/rank_with_gap.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -30,11 +31,12 @@ std::unordered_map<Expr, double> known_values(const NumericArray& numeric, const
 /// method finds no point of F_k = 0 directly.
 class StagedPoints {
  public:
-  StagedPoints(const Model& m, int order) : model_(m) {
+  StagedPoints(const Model& m, int order, const std::unordered_map<Expr, double>& near) : model_(m) {
     DerivativeArray array(m.residuals, m.variables);
     for (int k = 0; k <= order; ++k) {
       stages_.emplace_back(array);
       if (!m.values.empty()) stages_.back().measure_time(residuals_at_values(m));
+      if (!stages_.back().suits(near)) stages_.back().measure_near(near);
       if (k < order) array.extend();
     }
   }
@@ -73,7 +75,12 @@ std::optional<ArrayPoint> regular_point(const Model& m, const ArrayEquationsPtr&
                                         const std::unordered_map<Expr, double>& near) {
   constexpr int seeds = 16;  // starting values tried
   if (!equations->numeric) return {};
-  const NumericArray& numeric = *equations->numeric;
+  std::optional<NumericArray> measured;
+  if (!equations->numeric->suits(near)) {
+    measured = equations->numeric;
+    measured->measure_near(near);
+  }
+  const NumericArray& numeric = measured ? *measured : *equations->numeric;
   ArrayPoint best{equations, {}, {}, {}};
   int most = -1;
   std::optional<StagedPoints> staged;
@@ -88,7 +95,7 @@ std::optional<ArrayPoint> regular_point(const Model& m, const ArrayEquationsPtr&
   };
   for (int attempt = 0; attempt < 2 * seeds && !(attempt >= seeds && most >= 0); ++attempt) {
     const int seed = attempt % seeds;
-    if (attempt == seeds) staged.emplace(m, best.array().order());
+    if (attempt == seeds) staged.emplace(m, best.array().order(), near);
     const auto known = known_values(numeric, m, seed, near);
     const auto at = point(seed, known);
     if (!at || at->slow) continue;
@@ -98,6 +105,7 @@ std::optional<ArrayPoint> regular_point(const Model& m, const ArrayEquationsPtr&
     best.w = at->w;
     best.known = known;
     best.J = equilibrated(numeric.jacobian(at->w, known));
+    if (ranks.balanced) best.J = balance(best.J)(best.J);
     if (most == static_cast<int>(best.array().rows().size()) || !near.empty()) break;
   }
   if (most < 0) return {};
@@ -117,7 +125,7 @@ std::unordered_map<Expr, double> derivatives_near(const ModelPtr& array,
                                                   const std::unordered_map<Expr, double>& point) {
   const ModelPtr source = to_first_order(original(array));
   constexpr int trials = 4;  // starting values of every stage
-  const StagedPoints stages(*source, differentiation_index(*source).index);
+  const StagedPoints stages(*source, differentiation_index(*source).index, point);
   std::unordered_map<Expr, double> found;
   const auto states = static_cast<Index>(source->variables.size());
   for (int seed = 0; seed < trials && found.empty(); ++seed)

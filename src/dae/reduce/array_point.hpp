@@ -22,7 +22,7 @@ struct ArrayEquations {
 };
 using ArrayEquationsPtr = std::shared_ptr<const ArrayEquations>;
 
-/// A point of F_k = 0, and the equilibrated Jacobian there.
+/// A point of F_k = 0, and the Jacobian there, equilibrated or balanced.
 struct ArrayPoint {
   ArrayEquationsPtr equations;
   Vec w;

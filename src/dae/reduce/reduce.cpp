@@ -99,7 +99,7 @@ ModelPtr made_acc(const ModelPtr& given) {
   describe_substitutions(*model, d.constraints, options.trace);
   ModelPtr low = make_model(std::move(d.blocks), options);
   const auto n = static_cast<int>(low->residuals.size());
-  const int rank = generic_rank(top_jacobian(*low), n, n).rank;
+  const int rank = generic_rank(top_jacobian(*low), n, n, low->residuals).rank;
   if (rank < n)
     throw Failure(text("differentiating did not lower the index to 1: the Jacobian with respect to (",
                        unknowns_text(*low), ") has rank ", rank, " of ", n));

@@ -40,7 +40,7 @@ Projection stage(std::vector<Expr> residuals, std::vector<Expr> unknowns) {
 
 bool independent(const Projection& p) {
   const auto rows = static_cast<int>(p.residuals.size());
-  return generic_rank(p.jacobian, rows, static_cast<int>(p.unknowns.size())).rank == rows;
+  return generic_rank(p.jacobian, rows, static_cast<int>(p.unknowns.size()), p.residuals).rank == rows;
 }
 
 /// For mechanisms, all coordinates (velocities) are corrected, in the norm of the mass matrix.

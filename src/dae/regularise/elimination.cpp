@@ -74,7 +74,7 @@ Structure structure_of(const Equations& e) {
   s.matched = s.offsets.unmatched.empty();
   if (!s.matched) return s;
   s.jacobian = system_jacobian(e.residuals, e.variables, s.offsets, s.sigma);
-  s.rank = generic_rank(s.jacobian, n, n);
+  s.rank = generic_rank(s.jacobian, n, n, e.residuals);
   s.regular = s.rank.rank == n;
   if (!s.regular) return s;
   if (const ConsistentPointRank there(e.residuals, e.variables, s.offsets, s.jacobian, e.nonzero);

@@ -118,7 +118,8 @@ void leading_rank(const Model& m, Table& symbols) {
       top.size() > affordable)
     return;
   const auto n = static_cast<int>(top.size());
-  const ModularRank rank = generic_rank(sparse_jacobian(residuals_at_values(m), top), n, n);
+  const ModularRank rank =
+      generic_rank(sparse_jacobian(residuals_at_values(m), top), n, n, residuals_at_values(m));
   const char* word = m.variables[0].order > 1 ? "∂F/∂x″" : "∂F/∂x′";
   if (rank.rank == n && loses_leading_rank(m)) {
     symbols.row({word, text("nonsingular in general (rank ", n,
