@@ -7,7 +7,7 @@
 #include "base/error.hpp"
 #include "dae/model/forms.hpp"
 #include "dae/model/make_model.hpp"
-#include "dae/points/magnitudes.hpp"
+#include "dae/rank/magnitudes.hpp"
 #include "dae/reduce/reduce.hpp"
 #include "dae/start/start.hpp"
 #include "mech/lagrangian.hpp"

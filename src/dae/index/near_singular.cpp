@@ -8,7 +8,7 @@
 #include "base/text.hpp"
 #include "dae/index/array_index.hpp"
 #include "dae/model/parameter_values.hpp"
-#include "dae/points/magnitudes.hpp"
+#include "dae/rank/magnitudes.hpp"
 #include "dae/rank/rank.hpp"
 #include "dae/rank/rank_with_gap.hpp"
 #include "expr/rewrite/rewrite.hpp"

@@ -8,7 +8,7 @@
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
-#include "dae/points/magnitudes.hpp"
+#include "dae/rank/magnitudes.hpp"
 #include "dae/rank/rank.hpp"
 #include "dae/rank/rank_with_gap.hpp"
 #include "expr/graph/declaration.hpp"
@@ -182,7 +182,7 @@ void NumericArray::measure(Units units, const std::unordered_map<Expr, double>& 
 bool NumericArray::suits(const std::unordered_map<Expr, double>& values) const {
   for (std::size_t j = 0; j < columns_.size(); ++j)
     if (const auto at = values.find(columns_[j]);
-        at != values.end() && std::fabs(at->second) > usual * unit_[static_cast<Index>(j)])
+        at != values.end() && std::fabs(at->second) > usual * unit_[j])
       return false;
   return true;
 }

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "base/decompositions.hpp"
-#include "dae/points/magnitudes.hpp"
+#include "dae/rank/magnitudes.hpp"
 #include "dae/rank/rank_with_gap.hpp"
 #include "expr/generic/generic.hpp"
 #include "expr/graph/declaration.hpp"
@@ -97,15 +97,15 @@ class RankInOwnUnits {
 
 using Sizes = std::unordered_map<Expr, double>;
 
-/// The sizes of all symbols for which the terms of every sum are alike (magnitudes.hpp): where a length is 10⁹,
-/// (d - 10⁹)/d has no digits of d left at d = 1.
+/// The sizes of all symbols for which the terms of every sum are alike (magnitudes.hpp): where a length is
+/// 10⁹, (d - 10⁹)/d has no digits of d left at d = 1.
 static Sizes sizes_in(const std::vector<Expr>& rows) {
   std::vector<Expr> symbols;
   for (Expr leaf : leaves(rows))
     if (symbol_of(leaf).kind != Kind::constant) symbols.push_back(leaf);
   const Vec size = magnitudes(rows, rows.size(), symbols, {}, {}).unknowns;
   Sizes of;
-  for (std::size_t k = 0; k < symbols.size(); ++k) of[symbols[k]] = size[static_cast<Eigen::Index>(k)];
+  for (std::size_t k = 0; k < symbols.size(); ++k) of[symbols[k]] = size[k];
   return of;
 }
 

@@ -11,7 +11,7 @@
 
 #include "base/math.hpp"
 #include "dae/newton/least_step.hpp"
-#include "dae/points/magnitudes.hpp"
+#include "dae/rank/magnitudes.hpp"
 #include "dae/start/start.hpp"
 #include "expr/graph/evaluator.hpp"
 

@@ -9,7 +9,8 @@
 namespace pendula::integrate {
 
 /// Scaling the rows is not enough where, for instance, masses of 10⁻¹² and forces of 1 share a row. Without
-/// straight-line code: whether there is some depends on earlier runs, and its pivots are those of other matrices.
+/// straight-line code: whether there is some depends on earlier runs, and its pivots are those of other
+/// matrices.
 bool RhsSolver::is_regular_in_other_units() const {
   using Solver = LinearSolver<double>;
   std::vector<double> sizes = entries_;

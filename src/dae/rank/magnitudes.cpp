@@ -1,11 +1,11 @@
-#include "dae/points/magnitudes.hpp"
+#include "dae/rank/magnitudes.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <optional>
 
-#include "dae/points/least_absolute.hpp"
+#include "dae/rank/least_absolute.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/graph/derivative.hpp"
 
