@@ -275,7 +275,10 @@ void complete_plan(Plan& plan, const dae::ModelPtr& model, const Simulation& sim
                                    *model, *run.problem, "rtol");
   plan.tolerances.atol = tolerance(simulation.atol, atol, *model, *run.problem, "atol");
   scale_sensitivities(plan.tolerances, *run.problem, run.variational.get());
-  if (plan.direct || model->form == "ggl") plan.variable_index = variable_indices(*model, *run.problem);
+  if (plan.direct || model->form == "ggl") {
+    plan.variable_index = variable_indices(*model, *run.problem);
+    plan.tolerances.time = multiplier_times(simulation, run.problem, run.start, plan.variable_index);
+  }
   plan.has_chains = model->form == "array";
   require_convergence(simulation.method, plan.variable_index);
   add_pulses(plan, *run.problem);

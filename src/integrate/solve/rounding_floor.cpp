@@ -42,7 +42,7 @@ void RoundingFloor::measure(const Matrix& A, const double* y, const double* xdot
 
 RoundingFloor::Answer RoundingFloor::judge(const Matrix& A, const double* y, const double* xdot,
                                            const std::vector<double>& scale, double dt, double length,
-                                           double stages) {
+                                           double stages, const Tolerances& tolerances) {
   constexpr double acceptable = 0.3;  // of the tolerances
   measure(A, y, xdot);
   ErrorSum all, plain;
@@ -70,7 +70,7 @@ RoundingFloor::Answer RoundingFloor::judge(const Matrix& A, const double* y, con
   least_.resize(open_.size(), 0.0);
   for (std::size_t k = 0; k < open_.size(); ++k) {
     double least = raisable_[k] ? stages / acceptable * open_[k] : 0;
-    for (int level = 1; level < index_[k]; ++level) least *= std::min(1.0, dt);
+    least /= tolerances.relaxation(static_cast<int>(k), index_[k], dt);
     if (!(least > least_[k])) continue;
     least_[k] = least;
     raised = true;
@@ -78,11 +78,8 @@ RoundingFloor::Answer RoundingFloor::judge(const Matrix& A, const double* y, con
   return raised && std::isfinite(floor) ? Answer::raised : Answer::no;
 }
 
-double RoundingFloor::least(int k, double dt) const {
-  if (least_.empty()) return 0;
-  double result = least_[k];
-  for (int level = 1; level < index_[k]; ++level) result /= std::min(1.0, dt);
-  return result;
+double RoundingFloor::least(int k, double dt, const Tolerances& tolerances) const {
+  return least_.empty() ? 0 : least_[k] * tolerances.relaxation(k, index_[k], dt);
 }
 
 std::string raised_text() {

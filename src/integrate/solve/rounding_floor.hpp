@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "integrate/solve/linear_solver.hpp"
+#include "integrate/solve/tolerances.hpp"
 
 namespace pendula::integrate {
 
@@ -49,10 +50,10 @@ class RoundingFloor {
   /// length: the last correction, or the estimated error, in units of the tolerances `scale`; stages: what
   /// the method makes of rounding in one residual. Cost: three solutions.
   Answer judge(const Matrix& matrix, const double* y, const double* xdot, const std::vector<double>& scale,
-               double dt, double length, double stages);
+               double dt, double length, double stages, const Tolerances& tolerances);
 
   /// The tolerance of unknown k for steps of dt, if it has been raised; else 0.
-  double least(int k, double dt) const;
+  double least(int k, double dt, const Tolerances& tolerances) const;
 
   double floor = 0;    ///< what rounding leaves open, in units of the tolerances
   double trouble = 0;  ///< … of the unknown `worst`, where that is too much for its tolerance; else 0
@@ -64,7 +65,7 @@ class RoundingFloor {
   std::vector<char> raisable_;
   bool has_multipliers_ = false, has_algebraic_ = false;
   std::vector<double> open_;   ///< by rounding, of every unknown
-  std::vector<double> least_;  ///< tolerances times dt^(index - 1); empty: as given
+  std::vector<double> least_;  ///< tolerances without their relaxation; empty: as given
 };
 
 /// "Rounding errors in the equations change v[6] by 2e-9 …"

@@ -1,6 +1,7 @@
 // How large an error may be: |eᵢ| ≤ atolᵢ + rtolᵢ max(|yᵢ| before, |yᵢ| after).
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/math.hpp"
@@ -12,9 +13,18 @@ constexpr double default_rtol = 1e-6;  ///< where none is given
 /// n + m entries each, in the order x, z.
 struct Tolerances {
   Vec rtol, atol;
+  Vec time = {};  ///< within which unknowns of index 2 and 3 move x by its size; empty: 1
 
   static Tolerances uniform(int size, double rtol, double atol) {
     return {Vec::Constant(size, rtol), Vec::Constant(size, atol)};
+  }
+  /// Of the tolerance of unknown k in a step of dt: x, known to its tolerance, leaves time/dt times that open
+  /// for each index above 1.
+  double relaxation(int k, int index, double dt) const {
+    const double part = std::min(1.0, time.size() == 0 ? dt : dt / time[k]);
+    double factor = 1;
+    for (int level = 1; level < index; ++level) factor /= part;
+    return factor;
   }
 };
 

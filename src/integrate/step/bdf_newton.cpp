@@ -9,9 +9,8 @@ namespace pendula::integrate {
 
 /// The tolerance of unknown k, divided by dt per index.
 double BdfStepper::scale(int k, double size) const {
-  double result = weight(k, size);
-  for (int level = 1; level < index_[k]; ++level) result /= std::min(1.0, dt_);
-  return std::max(result, rounding_.least(k, dt_));
+  return std::max(weight(k, size) * tolerances_.relaxation(k, index_[k], dt_),
+                  rounding_.least(k, dt_, tolerances_));
 }
 
 double BdfStepper::scaled_norm(const double* e, double factor) const {
@@ -65,7 +64,7 @@ RoundingFloor::Answer BdfStepper::at_rounding(double length) {
   const auto answer = rounding_.judge(
       {rows_.positions, jacobian_.entries, rows_.in_mass,
        time_terms(here_.t + dt_, attempt_.y.data(), slopes.data()), [&](double* right) { solve(right); }},
-      attempt_.y.data(), slopes.data(), attempt_.scale, dt_, length, sums);
+      attempt_.y.data(), slopes.data(), attempt_.scale, dt_, length, sums, tolerances_);
   if (rounding_.trouble > 0) trouble_ = rounding_text(rounding_, unknown_name(*rounding_.worst));
   if (answer == RoundingFloor::Answer::accepted)
     iteration_.tolerance = std::max(iteration_.tolerance, std::min(0.1, sums / 10 * rounding_.floor));

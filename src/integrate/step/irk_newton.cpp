@@ -314,9 +314,10 @@ RoundingFloor::Answer IrkStepper::at_rounding(double dt, double length) {
     if (!matrices().real.factorise(shifted_.real.data())) return RoundingFloor::Answer::no;
   }
   const auto solve = [&](double* right) { matrices().real.solve(right); };
-  const auto answer = rounding_.judge({rows_.positions, jacobian_.entries, rows_.in_mass,
-                                       time_terms(here_.t + dt, y_.data(), here_.xdot.data()), solve},
-                                      y_.data(), here_.xdot.data(), scales_.scale, dt, length, stages);
+  const auto answer =
+      rounding_.judge({rows_.positions, jacobian_.entries, rows_.in_mass,
+                       time_terms(here_.t + dt, y_.data(), here_.xdot.data()), solve},
+                      y_.data(), here_.xdot.data(), scales_.scale, dt, length, stages, tolerances_);
   if (rounding_.trouble > 0) trouble_ = rounding_text(rounding_, unknown_name(*rounding_.worst));
   if (answer != RoundingFloor::Answer::accepted) return answer;
   iteration_.tolerance = std::max(iteration_.tolerance, std::min(0.1, stages / 10 * rounding_.floor));

@@ -101,8 +101,9 @@ void IrkStepper::set_scales(double dt) {
   for (int i = 0; i < N_; ++i) {
     const auto k = static_cast<std::size_t>(i);
     scales_.scale[k] = scales_.atol[i] + scales_.rtol[i] * std::fabs(y_[k]);
-    for (int level = 1; level < index_[k]; ++level) scales_.scale[k] /= std::min(1.0, dt);
-    if (rounding_.raised()) scales_.scale[k] = std::max(scales_.scale[k], rounding_.least(i, dt));
+    if (index_[k] > 1) scales_.scale[k] *= tolerances_.relaxation(i, index_[k], dt);
+    if (rounding_.raised())
+      scales_.scale[k] = std::max(scales_.scale[k], rounding_.least(i, dt, tolerances_));
     scales_.inverse[k] = 1 / scales_.scale[k];
   }
 }
