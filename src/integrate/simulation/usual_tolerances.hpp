@@ -15,8 +15,8 @@ double usual_rtol(const Simulation& simulation);
 /// natural_sizes().
 Vec usual_atol(const Simulation& simulation, const ProblemPtr& problem, const Point& start);
 
-/// Tolerances::time of unknowns of these indices, by natural_sizes(): no unit of time is special. 1 where
-/// sizes are not known.
+/// Tolerances::time of unknowns of index 2, by natural_sizes(): no unit of time is special. 1 where sizes are
+/// not known, and in models of index 3.
 Vec multiplier_times(const Simulation& simulation, const ProblemPtr& problem, const Point& start,
                      const std::vector<int>& index);
 

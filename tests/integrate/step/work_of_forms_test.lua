@@ -28,7 +28,7 @@ for k, case in ipairs(models) do
   for _, form in ipairs { "ggl", "array", "dummy", "project", "baumgarte", "acc" } do
     test(("model %d, form %s"):format(k, form), function()
       local reduced = model:reduce(form)
-      for _, method in ipairs { "radau", "bdf", form ~= "ggl" and "gauss" or nil } do
+      for _, method in ipairs { "radau", "bdf", form ~= "ggl" and to == 1 and "gauss" or nil } do
         local before
         for digits = 4, 11 do
           local sol = reduced:integrate { start = start, to = to, rtol = 10^-digits, method = method }
