@@ -44,6 +44,8 @@ QuadraticModel newton_model(double value, const Vec& gradient, const Mat& hessia
 using SmoothFunction = std::function<std::optional<QuadraticModel>(Vec& theta)>;
 
 constexpr double difference_noise = 1e-12;  ///< for `noise` where R comes from differences
+/// For `accuracy` where R comes from central differences, which err by ε^⅔ = 4e-11 of R; 27 times that.
+constexpr double difference_accuracy = 1e-9;
 
 struct MinimiserOptions {
   int iterations = 200;

@@ -147,8 +147,9 @@ double time_step(const std::vector<double>& t, const std::string& path) {
   for (std::size_t i = 1; i < t.size(); ++i) steps.push_back(t[i] - t[i - 1]);
   std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
   const double median = steps[steps.size() / 2];  // robust against a single gap
+  constexpr double printed = 1e-3;  // of a step: times may be rounded to it; a lost sample is a whole step
   for (std::size_t i = 1; i < t.size(); ++i)
-    if (!(std::abs(t[i] - t[i - 1] - median) <= 1e-3 * std::abs(median)))
+    if (!(std::abs(t[i] - t[i - 1] - median) <= printed * std::abs(median)))
       throw Error(
           text(path, ": the times are not equidistant: from sample ", i, " to ", i + 1, " they step by ",
                rounded(t[i] - t[i - 1], 6), ", mostly by ", rounded(median, 6),

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "base/epsilon.hpp"
 #include "base/triangular_factor.hpp"
 
 namespace pendula::sysid {
@@ -13,7 +13,7 @@ int excitation_order(const IdData& d, Index input, int limit) {
   if (n < 1) return 0;
   TriangularFactor factor(n);
   Index rows = 0;
-  Mat block(256, n);
+  Mat block(TriangularFactor::block_rows, n);
   for (Index k = 0; k < d.experiments(); ++k)
     for (Index t = d.starts[k] + n - 1; t < d.end(k); ++t) {
       const auto window = u.segment(t - n + 1, n);
@@ -25,8 +25,8 @@ int excitation_order(const IdData& d, Index input, int limit) {
       }
     }
   if (rows > 0) factor.add(block.topRows(rows));
-  const double tolerance =
-      static_cast<double>(std::max<Index>(d.samples(), n)) * std::numeric_limits<double>::epsilon();
+  // N ε: bound of the rounding of a QR factorisation relative to a column (Higham 2002, §19.3)
+  const double tolerance = static_cast<double>(std::max<Index>(d.samples(), n)) * eps;
   Index order = 0;
   while (order < n && std::abs(factor.R()(order, order)) > tolerance * factor.R().col(order).norm()) ++order;
   return static_cast<int>(order);

@@ -22,7 +22,7 @@ constexpr std::uintmax_t most_compression = 1032;  // maximum for deflate: 258 b
 std::uintmax_t inflated_size(std::istream& in, std::uintmax_t packed) {
   z_stream stream{};
   if (inflateInit(&stream) != Z_OK) return packed * most_compression;
-  std::vector<unsigned char> from(1 << 16), to(1 << 18);
+  std::vector<unsigned char> from(1 << 16), to(1 << 18);  // buffers that fit into the cache
   std::uintmax_t size = 0;
   int state = Z_OK;
   while (packed > 0 && state == Z_OK) {
@@ -68,7 +68,7 @@ std::uintmax_t unpacked_size(const std::string& path) {
   const auto bytes = static_cast<std::uintmax_t>(in.tellg());
   const Order order = byte_order(in);
   if (order == Order::not_level_5) return bytes * most_compression;
-  constexpr std::uint32_t matrix = 14, compressed = 15;  // libmatio rejects other elements
+  constexpr std::uint32_t matrix = 14, compressed = 15;  // miMATRIX, miCOMPRESSED; libmatio rejects others
   std::uintmax_t size = bytes, at = header;
   std::uint32_t tag[2];
   while (in.clear(), in.seekg(static_cast<std::streamoff>(at)),

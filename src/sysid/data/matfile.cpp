@@ -109,7 +109,7 @@ struct Shape {
 
 /// The shape of a two-dimensional array; empty for everything else.
 Shape shape_of(const matvar_t& v) {
-  constexpr std::size_t most = std::size_t{1} << 32;
+  constexpr std::size_t most = std::size_t{1} << 32;  // 32 GB of doubles; rows·cols cannot overflow below it
   if (v.rank != 2 || !v.dims) return {};
   const Shape shape{v.dims[0], v.dims[1]};
   if (shape.cols > 0 && shape.rows > most / shape.cols)
@@ -117,7 +117,7 @@ Shape shape_of(const matvar_t& v) {
   return shape;
 }
 
-constexpr std::size_t most_full_entries = 10'000'000;  // of a sparse matrix that is converted to a full one
+constexpr std::size_t most_full_entries = 10'000'000;  // of a sparse matrix that is made full: 80 MB
 
 /// Converts compressed columns (jc: where each begins, ir: the rows of its entries) to a full array. All
 /// values from the file are validated.
@@ -170,8 +170,9 @@ std::vector<double> numbers(const matvar_t& v) {
 void collect(const matvar_t& v, const std::string& name, NamedMatrices& found, int depth);
 
 void collect_fields(const matvar_t& v, NamedMatrices& found, int depth) {
-  constexpr int deepest = 32;
-  if (depth >= deepest) throw Error("structures inside structures, more than 32 deep");
+  constexpr int deepest = 32;  // bounds the stack; files of data have two or three levels
+  if (depth >= deepest)
+    throw Error(text("structures nested more than ", deepest, " deep: save the signals as plain matrices"));
   if (!v.data || shape_of(v).size() != 1) return;
   auto* const structure = const_cast<matvar_t*>(&v);
   const char* const* const names = MATIO(Mat_VarGetStructFieldnames)(structure);
@@ -194,7 +195,7 @@ void collect(const matvar_t& v, const std::string& name, NamedMatrices& found, i
 
 /// The columns of all variables; a matrix gives name1, name2, …
 FileColumns columns_of(const NamedMatrices& variables) {
-  constexpr Eigen::Index most_columns = 10'000;
+  constexpr Eigen::Index most_columns = 10'000;  // each gets a name; a matrix with more is an image
   FileColumns table;
   for (const auto& [name, matrix] : variables) {
     const Mat m = matrix.rows() == 1 ? Mat(matrix.transpose()) : matrix;

@@ -18,7 +18,8 @@ constexpr double tau = 2 * M_PI;
 
 void check_samples(long n) {
   if (n < 1) throw Error(text("the number of samples must be positive, got ", n));
-  if (n > 10'000'000) throw Error(text(n, " samples are too many (at most 10⁷)"));
+  constexpr long most = 10'000'000;  // 80 MB
+  if (n > most) throw Error(text(n, " samples are too many: at most 10⁷"));
 }
 
 void check_levels(double low, double high) {
@@ -52,6 +53,8 @@ constexpr std::array<std::array<int, 4>, 25> taps = {{{},
                                                       {22, 21},
                                                       {23, 18},
                                                       {24, 23, 22, 17}}};
+
+constexpr int most_order = static_cast<int>(taps.size()) - 1;  // period 2²⁴ - 1 > 10⁷ samples
 
 /// Numbers in [0, 1): xorshift64* (Vigna, ACM Trans. Math. Softw. 42(4), 2016).
 class Random {
@@ -132,7 +135,7 @@ Complexes transform(const Vec& u) {
 int prbs_order(long samples, const Prbs& o) {
   if (o.order) return *o.order;
   int order = 2;
-  while (order < 24 && ((1L << order) - 1) * o.hold < samples) ++order;
+  while (order < most_order && ((1L << order) - 1) * o.hold < samples) ++order;
   return order;
 }
 
@@ -141,8 +144,8 @@ int prbs_order(long samples, const Prbs& o) {
 Vec prbs(long samples, const Prbs& o) {
   check_samples(samples);
   check_levels(o.low, o.high);
-  if (o.order && (*o.order < 2 || *o.order > 24))
-    throw Error(text("the order of the register must lie between 2 and 24, got ", *o.order));
+  if (o.order && (*o.order < 2 || *o.order > most_order))
+    throw Error(text("the order of the register must lie between 2 and ", most_order, ", got ", *o.order));
   if (o.hold < 1) throw Error(text("hold must be at least 1 sample, got ", o.hold));
   const int order = prbs_order(samples, o);
   const std::uint32_t mask = (1u << order) - 1;
@@ -182,8 +185,10 @@ Vec multisine(long samples, const Multisine& o) {
     throw Error(text("phases must be \"schroeder\", \"zero\" or \"random\", got '", o.phases, "'"));
   if (!(o.peak >= 0) || !std::isfinite(o.peak))
     throw Error("peak must be a number ≥ 0 (0: amplitudes as they are)");
-  if (static_cast<double>(samples) * static_cast<double>(lines.size()) > 4e9)
-    throw Error(text(lines.size(), " lines of ", samples, " samples are too many"));
+  constexpr double most_cosines = 4e9;  // 45 s at the measured 11 ns each
+  if (static_cast<double>(samples) * static_cast<double>(lines.size()) > most_cosines)
+    throw Error(
+        text(lines.size(), " lines of ", samples, " samples are too many: their product is at most 4·10⁹"));
   Random random(o.seed);
   Vec u = Vec::Zero(samples);
   const auto K = static_cast<double>(lines.size());
@@ -199,8 +204,9 @@ Vec multisine(long samples, const Multisine& o) {
           std::cos(tau * static_cast<double>(lines[j] * t % samples) / static_cast<double>(samples) + phase);
   }
   const double largest = u.cwiseAbs().maxCoeff();
-  for (double& v : u)  // sums that cancelled
-    if (std::fabs(v) < 1e-14 * largest) v = 0;
+  constexpr double cancelled = 1e-14;  // 45 ε: what rounding leaves of sums of cosines that are 0
+  for (double& v : u)
+    if (std::fabs(v) < cancelled * largest) v = 0;
   if (o.peak > 0 && largest > 0) u *= o.peak / largest;
   return u;
 }
@@ -209,8 +215,9 @@ Vec chirp(long samples, const Chirp& o) {
   check_samples(samples);
   if (!(o.Ts > 0) || !std::isfinite(o.Ts)) throw Error("the sampling time Ts must be positive");
   const double nyquist = 0.5 / o.Ts;
+  constexpr double rounding = 1e-12;  // of quotients such as 1/(2*Ts): 4500 ε
   for (double f : {o.from, o.to})
-    if (!(f >= 0) || f > nyquist * (1 + 1e-12))
+    if (!(f >= 0) || f > nyquist * (1 + rounding))
       throw Error(
           text("frequencies must lie between 0 and 1/(2 Ts) = ", rounded(nyquist), " Hz, got ", rounded(f)));
   if (o.exponential && !(o.from > 0 && o.to > 0))
@@ -281,7 +288,8 @@ Spectrum periodogram(const Vec& u, double Ts) {
 std::string describe(const Spectrum& s) {
   Index at = 0;
   const double top = s.power.maxCoeff(&at);
-  const Index lines = (s.power.array() > 1e-10 * top).count();
+  constexpr double visible = 1e-10;  // of the largest, as the text says; rounding leaves ε² = 5e-32
+  const Index lines = (s.power.array() > visible * top).count();
   std::string out = text("periodogram: ", s.samples, " samples, Ts = ", rounded(s.Ts, 6), ", ", s.f.size(),
                          " frequencies up to ", rounded(s.f[s.f.size() - 1], 6), " Hz\n  mean square ",
                          rounded(s.mean_square, 6));
@@ -291,6 +299,7 @@ std::string describe(const Spectrum& s) {
 }
 
 int excitation_order(const Vec& u, int limit) {
+  // the factorisation for 1000 columns costs 2·10⁶ operations per sample
   if (limit < 1 || limit > 1000) throw Error(text("limit must lie between 1 and 1000, got ", limit));
   IdData d;
   d.u = u;

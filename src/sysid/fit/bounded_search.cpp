@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "base/counted.hpp"
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
@@ -32,7 +33,7 @@ std::vector<Index> Bounds::hold(const Vec& theta, Mat& J, const Vec& r) const {
 }
 
 Mat difference_jacobian(const Residuals& r, const Vec& theta, const Vec& scale, const Bounds& bounds) {
-  const double root = std::cbrt(std::numeric_limits<double>::epsilon());
+  const double root = std::cbrt(eps);  // truncation h²|r‴|/6 and rounding ε|r|/h are least for h ~ ε^⅓
   Mat J;
   for (Index i = 0; i < theta.size(); ++i) {
     poll_interrupt();
@@ -122,8 +123,8 @@ SearchCovariance covariance_of(const BoundedMinimum& m) {
     if (std::find(m.active.begin(), m.active.end(), i) == m.active.end()) free.push_back(i);
   SearchCovariance out;
   out.covariance = Mat::Zero(n, n);
-  const LeastSquares ls =
-      solve_triangular(pendula::triangular_factor(m.J(Eigen::all, free), m.residuals).R(), m.J.rows(), 1e-9);
+  const LeastSquares ls = solve_triangular(pendula::triangular_factor(m.J(Eigen::all, free), m.residuals).R(),
+                                           m.J.rows(), difference_accuracy);
   out.rank = ls.rank;
   const Index left = m.J.rows() - ls.rank;
   out.sigma2 = left > 0 ? m.residuals.squaredNorm() / static_cast<double>(left) : 0;

@@ -36,7 +36,7 @@ struct BoundedMinimum {
 /// directions in which J is smaller are left alone.
 /// throws  Error where sizes differ or lower > upper; Failure where r is not finite at the start
 BoundedMinimum least_squares_within(const Residuals& r, const Vec& start, const Bounds& bounds,
-                                    const Vec& scale, int iterations, double accuracy = 1e-9);
+                                    const Vec& scale, int iterations, double accuracy = difference_accuracy);
 
 /// σ² (JᵀJ)⁻¹ over the parameters that do not rest on a bound (zero rows for those
 /// that do), σ² = SSE/(rows - rank).

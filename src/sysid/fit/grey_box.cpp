@@ -17,6 +17,12 @@
 namespace pendula::sysid {
 namespace {
 
+constexpr double growth =
+    10;  // of the errors of a simulation over its steps: a choice, as it depends on the model
+/// Relative error of y and J after fixed steps. The derivatives are those of the discrete solution, hence
+/// their errors are rounding over the steps: 10⁷ of them with ε/2 each.
+constexpr double fixed_step_rounding = 1e-9;
+
 /// The end of a search.
 struct Found {
   Vec theta;
@@ -48,8 +54,12 @@ Found search(std::vector<Experiment>& experiments, const GreyBoxRequest& r, cons
   };
   MinimiserOptions options;
   options.iterations = r.iterations;
-  options.noise = r.dt > 0 ? difference_noise : std::clamp(10 * r.rtol, difference_noise, 1e-3);
-  options.accuracy = r.dt > 0 ? 1e-11 : std::clamp(r.rtol, 1e-11, 1e-4);
+  // J errs like the integration, and by rounding at least; columns are taken for dependent at 10⁻⁴ at most,
+  // whatever rtol is
+  constexpr double rounding = 1e-11, largest = 1e-4;
+  options.noise =
+      r.dt > 0 ? difference_noise : std::clamp(growth * r.rtol, difference_noise, growth * largest);
+  options.accuracy = r.dt > 0 ? rounding : std::clamp(r.rtol, rounding, largest);
   const Minimum m = minimise(loss, theta, options);
   Found found{m.theta, {}, {}, {}, ending_text(m), m.converged()};
   for (const double value : m.values) found.losses.push_back(2 * value);
@@ -187,7 +197,8 @@ Found best_of_searches(std::vector<Experiment>& experiments, GreyBoxFit& out, do
     throw Failure(text("at the guess ", join(values, ", "), " ", why,
                        ". Give guess = { … } at which the model can be integrated"));
   }
-  if (!direct || (grown && grown->at.sse < 0.9 * direct->at.sse)) {
+  constexpr double better = 0.9;  // less than 10 % lower is the same minimum, or one no better to use
+  if (!direct || (grown && grown->at.sse < better * direct->at.sse)) {
     out.grown = true;
     return *grown;
   }
@@ -215,8 +226,8 @@ GreyBoxFit fit(const GreyBoxRequest& given) {
   const GreyBoxPoint& at = found.at;
   out.form = experiments[0].form;
   out.method = experiments[0].method;
-  constexpr double growth = 10;  // of the errors of a simulation over its steps
-  find_covariance(out, at, request.dt > 0 ? 1e-9 : growth * request.rtol);
+  const double simulation_error = request.dt > 0 ? fixed_step_rounding : growth * request.rtol;
+  find_covariance(out, at, simulation_error);
   for (Index j = 0; j < request.data.outputs(); ++j) {
     std::vector<double> y, e;
     for (Index t = 0; t < request.data.samples(); ++t)
@@ -231,7 +242,7 @@ GreyBoxFit fit(const GreyBoxRequest& given) {
   out.quality = criteria(at.sse, at.e.size(), out.ls.rank, variation);
   // the error of the integration does not count as noise
   const double size = request.data.y.array().isNaN().select(0, request.data.y).norm();
-  out.exact = std::sqrt(at.sse) <= (request.dt > 0 ? 1e-9 : 10 * request.rtol) * (size + 1e-300);
+  out.exact = std::sqrt(at.sse) <= simulation_error * size;
   out.covariance = (out.exact ? 0 : out.quality.sigma2) * out.ls.inverse;
   out.std = standard_deviations(out.ls, out.covariance);
   out.unidentifiable = free_directions(out.ls.null_space, out.names, InParameters::nonlinear);

@@ -25,9 +25,11 @@ Vec regress(const IdData& d, const Orders& orders) {
 
 /// p_k ρᵏ with the largest ρ ≤ 1 of a sequence for which the polynomial is stable.
 Vec stabilised(Vec p) {
-  for (int tries = 0; tries < 200 && !stable(p); ++tries) {
+  constexpr double shrink = 0.95;
+  constexpr int most = 200;  // 0.95⁻²⁰⁰ = 28000: the modulus of zeros that end inside the circle
+  for (int tries = 0; tries < most && !stable(p); ++tries) {
     double factor = 1;
-    for (Index k = 1; k < p.size(); ++k) p[k] *= factor *= 0.95;
+    for (Index k = 1; k < p.size(); ++k) p[k] *= factor *= shrink;
   }
   if (!stable(p)) p.tail(p.size() - 1).setZero();
   return p;
@@ -182,6 +184,8 @@ std::vector<StartingValues> starting_values(const IdData& data, Index output, co
   d.y = data.y.col(output);
   d.y_names = {"y"};
   const Index sum = orders.parameters() + orders.memory();
+  // choices: long enough to approximate 1/C and 1/F, with 8 rows per coefficient; at most 60, as the work
+  // grows with the square
   const int order = static_cast<int>(
       std::clamp<Index>(d.samples() / (8 * (1 + d.inputs())), 1, std::min<Index>(2 * sum + 10, 60)));
   bool rational = false;
@@ -203,6 +207,7 @@ std::vector<StartingValues> starting_values(const IdData& data, Index output, co
     }
     return out;
   }
+  // rounds of Steiglitz and McBride: 12 is a choice; one round is another start, as more may diverge
   for (const int rounds : {12, 1}) {
     Polynomials p = fresh();
     if (rational) {

@@ -146,7 +146,7 @@ Minimum search(Recursion& recursion, Vec& theta, Vec& e, Mat& J, Vec& yhat, Mat&
                        "; give start = { … } nearer to the solution"));
   }
   MinimiserOptions options;
-  options.iterations = 500;
+  options.iterations = 500;  // a cap; predictors of users may be far from linear
   options.is_known = [&iterates](const Vec& at, const Vec&) {
     iterates.conservativeResize(iterates.rows() + 1, at.size());
     iterates.bottomRows(1) = at.transpose();

@@ -122,22 +122,27 @@ IdModel refined(StateSpaceModel m, const IdData& d, int iterations) {
   Vec theta = entries.theta();
   int steps = 0;
   BoundedMinimum best;
-  for (int pass = 0; pass < (p == 1 ? 1 : 5); ++pass) {
+  // with several outputs Λ comes from the errors of the pass before; a cap, for most data Λ settles earlier
+  constexpr int most_passes = 5;
+  for (int pass = 0; pass < (p == 1 ? 1 : most_passes); ++pass) {
     const auto errors = [&](const Vec& at) { return residuals(entries.at(at), Lambda, d, gaps); };
-    const Vec sizes = Vec::Constant(theta.size(), 1e-3 * (1 + theta.cwiseAbs().mean()));
+    constexpr double small = 1e-3;  // entries that are nearly 0 are stepped over as if they had this size
+    const Vec sizes = Vec::Constant(theta.size(), small * (1 + theta.cwiseAbs().mean()));
     // Directions that change coordinates only have slopes of 1e-9 by differences.
-    best = least_squares_within(errors, theta, {}, sizes, iterations, 1e-7);
+    constexpr double accuracy = 1e-7;
+    best = least_squares_within(errors, theta, {}, sizes, iterations, accuracy);
     theta = best.search.theta;
     steps += best.search.iterations;
     const Mat before = Lambda;
     Lambda = innovation_covariance(entries.at(theta), Lambda, d, gaps);
-    if ((Lambda - before).norm() <= 1e-6 * Lambda.norm()) break;
+    constexpr double settled = 1e-6;  // far below the standard error of a variance, √(2/N)
+    if ((Lambda - before).norm() <= settled * Lambda.norm()) break;
   }
   m = entries.at(theta);
   const double variance = best.residuals.squaredNorm() / static_cast<double>(best.residuals.size());
   const Mat JTJ = best.J.transpose() * best.J;
   Eigen::CompleteOrthogonalDecomposition<Mat> inverse;
-  inverse.setThreshold(1e-11);
+  inverse.setThreshold(1e-11);  // 3e-6 of J, between its slopes and those of changed coordinates, 1e-9
   m.covariance =
       (variance * pseudo_inverse(inverse.compute(JTJ))).topLeftCorner(entries.count(), entries.count());
   const std::string ending = ending_text(best.search);

@@ -13,6 +13,7 @@ namespace pendula::sysid {
 /// whitened with the last covariance; with missing samples the likelihood of those that are
 /// there. K = 0 stays 0 (output error).
 /// throws  Error for missing inputs, models whose predictor is unstable
+/// iterations: a cap on Gauss–Newton steps per pass; the result says if it was met
 IdModel refined(StateSpaceModel m, const IdData& d, int iterations = 100);
 
 }  // namespace pendula::sysid

@@ -6,9 +6,9 @@
 namespace pendula::sysid {
 
 struct SubspaceOptions {
-  int order = 0;  ///< 0: chosen between `least` and `most`
-  int least = 1, most = 10;
-  int horizon = 0;                ///< 0: chosen
+  int order = 0;             ///< 0: chosen between `least` and `most`
+  int least = 1, most = 10;  ///< a choice; `most` sets the horizon, and with it the samples that are needed
+  int horizon = 0;           ///< 0: chosen
   std::string weighting = "CVA";  ///< "CVA", "MOESP", "N4SID"
   bool feedthrough = false;       ///< estimate D; otherwise D = 0
   bool noise = true;              ///< estimate K; otherwise K = 0 (output error)

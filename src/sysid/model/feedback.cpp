@@ -9,8 +9,11 @@
 namespace pendula::sysid {
 namespace {
 
+// Choices: models this long whiten most signals; feedback acts within 25 samples.
 constexpr int order = 10;  // of the models of y and of u
 constexpr Index lags = 25;
+constexpr double unpredictable = 0.05;  // of u: below it the innovations of u are too small to correlate with
+constexpr Index rows_per_parameter = 10;
 
 /// u(t) minus its prediction from past samples, 0 at the first ones. Empty if u is (nearly) predictable, like
 /// a sine or a sweep, and therefore uninformative.
@@ -19,9 +22,10 @@ Vec innovations(Vec u) {
   const Index rows = u.size() - order;
   Mat past(rows, order);
   for (Index k = 0; k < order; ++k) past.col(k) = u.segment(order - 1 - k, rows);
-  const Mat gram = past.transpose() * past + 1e-12 * past.squaredNorm() * Mat::Identity(order, order);
+  constexpr double rounding = 1e-12;  // 4500 ε: keeps the normal equations of a sine positive definite
+  const Mat gram = past.transpose() * past + rounding * past.squaredNorm() * Mat::Identity(order, order);
   const Vec e = u.tail(rows) - past * Vec(gram.llt().solve(Vec(past.transpose() * u.tail(rows))));
-  if (!(e.norm() > 0.05 * u.norm())) return {};
+  if (!(e.norm() > unpredictable * u.norm())) return {};
   Vec out = Vec::Zero(u.size());
   out.tail(rows) = e;
   return out;
@@ -54,7 +58,7 @@ std::string feedback_in(const IdData& d, Index output) {
   constexpr double chance = 1e-3;  // of a warning without feedback
   const IdData one = channel(d, output, false);
   const Index inputs = one.inputs(), parameters = order * (1 + inputs);
-  if (inputs == 0 || one.experiments() > 1 || one.samples() < 10 * parameters) return "";
+  if (inputs == 0 || one.experiments() > 1 || one.samples() < rows_per_parameter * parameters) return "";
   if (!one.y.allFinite() || !one.u.allFinite()) return "";
   Orders orders;
   orders.na = order;

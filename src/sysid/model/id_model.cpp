@@ -187,7 +187,8 @@ std::vector<Response> predict(const IdModel& m, const IdData& d, Index horizon, 
     throw Error(text("the model has ", counted(m.outputs.size(), "output"), " and ",
                      counted(m.inputs, "input"), ", the data ", d.outputs(), " and ", d.inputs()));
   const PolyModel& first = m.outputs.front();
-  if (first.estimated && std::fabs(first.Ts - d.Ts) > 1e-6 * first.Ts)
+  constexpr double same = 1e-6;  // relative: times may be printed with seven digits
+  if (first.estimated && std::fabs(first.Ts - d.Ts) > same * first.Ts)
     throw Error(text("the model was estimated from samples ", rounded(first.Ts, 6), " s apart, the data are ",
                      rounded(d.Ts, 6), " s apart: d:resample(", rounded(first.Ts, 6), ")"));
   if (m.state_space) return predict(*m.state_space, d, horizon, seed);

@@ -36,12 +36,14 @@ std::pair<double, double> mean_and_deviation(const Eigen::Ref<const Vec>& x) {
 
 std::vector<std::string> offsets_in(const IdData& d, Index output) {
   const auto [mean, deviation] = mean_and_deviation(d.y.col(output));
+  constexpr Index least_samples = 20;  // a choice: fewer say little about a mean
   // three deviations: a signal that comes near 0 needs no offset, nor does one that begins at 0
   // (a step response)
   double nearest = std::abs(mean);
   for (const double v : d.y.col(output))
     if (std::isfinite(v)) nearest = std::min(nearest, std::copysign(1, mean) * v);
-  if (!(std::abs(mean) > 3 * deviation && nearest > deviation) || deviation == 0 || d.samples() < 20)
+  if (!(std::abs(mean) > 3 * deviation && nearest > deviation) || deviation == 0 ||
+      d.samples() < least_samples)
     return {};
   return {text(d.y_names[output], " has the mean ", rounded(mean, 4), " and deviates from it by ",
                rounded(deviation, 3), "; the model has no term for an offset: d:detrend() removes it")};

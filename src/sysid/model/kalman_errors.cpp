@@ -79,7 +79,8 @@ class Filter {
     P_ = 0.5 * (next + next.transpose());
     // the remaining P, relative to the contribution of one missing sample
     const double fresh = (m_.K * Lambda_ * m_.K.transpose()).norm();
-    steady_ = P_.norm() <= 1e-15 * fresh;
+    constexpr double last_bits = 1e-15;  // 4.5 ε
+    steady_ = P_.norm() <= last_bits * fresh;
     if (steady_) P_.setZero();
   }
 
@@ -95,7 +96,7 @@ class Filter {
 Vec best_start(Filter& filter, const IdData& d, Index from, Index to, Index n) {
   filter.begin(Vec::Zero(n));
   TriangularFactor factor(n + 1);
-  Mat block(512, n + 1);
+  Mat block(TriangularFactor::block_rows, n + 1);
   Index count = 0;
   Index rows = 0;
   for (Index t = from; t < to; ++t) {
@@ -273,7 +274,9 @@ std::vector<Response> predict_with_gaps(const StateSpaceModel& m, const Mat& Lam
 
 Forecast forecast(const IdModel& m, const IdData& data, const Mat& u, Index steps) {
   if (data.experiments() != 1) throw Error("forecast continues one experiment; take one with d:slice(…)");
-  if (steps < 1 || steps > 1000000) throw Error(text("steps must be a whole number ≥ 1, got ", steps));
+  constexpr Index most_steps = 1'000'000;  // 8 MB per output
+  if (steps < 1 || steps > most_steps)
+    throw Error(text("steps must be a whole number from 1 to ", most_steps, ", got ", steps));
   if (u.cols() != data.inputs() || u.rows() != steps)
     throw Error(text("u: the future inputs are ", steps, "×", data.inputs(),
                      " numbers, one row per step, got ", u.rows(), "×", u.cols()));

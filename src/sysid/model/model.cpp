@@ -40,6 +40,12 @@ Criteria criteria(double sse, Index rows, Index parameters, double y_variation) 
   return c;
 }
 
+void check_horizon(Index horizon) {
+  constexpr Index most = 100000;
+  if (horizon < 0 || horizon > most)
+    throw Error(text("horizon must lie between 1 and ", most, ", got ", horizon));
+}
+
 double fit_percent(const Vec& y, const Vec& e) {
   if (y.size() == 0) return 0;
   const double variation = (y.array() - y.mean()).matrix().norm();
@@ -130,7 +136,8 @@ double variation(const Regressor& regressor) {
 Vec past_outputs(const IdData& d, const PolyModel& m) {
   const Index na = m.orders.na;
   const Polynomials& p = m.p;
-  if (na == 0 || d.samples() < na || std::abs(p.A[na]) < 1e-8 * p.A.cwiseAbs().maxCoeff()) return {};
+  constexpr double none = 1e-8;  // about √ε: divided by such an a_na, outputs keep half of their digits
+  if (na == 0 || d.samples() < na || std::abs(p.A[na]) < none * p.A.cwiseAbs().maxCoeff()) return {};
   // Row t = 0: y(t) + Σ a_i y(t-i) = Σ b u: unknown y(-1) … y(-na) enter row t through a_{t+1} … a_na.
   Mat T = Mat::Zero(na, na);
   Vec rhs(na);

@@ -132,6 +132,8 @@ Vec ringing(const Vec& den, const Vec& head, Index n);
 /// Relative to its largest value, what is left of such a response without effect: 200 of them make ε.
 constexpr double negligible_tail = 1e-18;
 Vec convolve(const Vec& a, const Vec& b);
+/// Throws Error. At most 100000 steps ahead, a choice: predictions of stable models no longer change there.
+void check_horizon(Index horizon);
 /// All zeros of the monic polynomial 1 + p₁q⁻¹ + … inside the unit circle (Schur–Cohn recursion).
 bool stable(const Vec& p);
 /// C and every F are stable: predictions do not grow.

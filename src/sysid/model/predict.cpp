@@ -76,7 +76,8 @@ Vec ringing(const Vec& den, const Vec& head, Index n) {
     if (t < head.size() + order) continue;
     double recent = 0;
     for (Index k = 0; k < std::max<Index>(order, 1); ++k) recent = std::max(recent, std::abs(y[t - k]));
-    if (recent <= 1e-40 * largest) break;  // avoids denormal numbers, which are slow
+    constexpr double died_out = 1e-40;  // far below any effect; avoids denormal numbers, which are slow
+    if (recent <= died_out * largest) break;
   }
   return y;
 }
@@ -117,7 +118,8 @@ Vec reflected(const Vec& p) {
   companion.row(0) = -p.segment(1, n).transpose() / p[0];
   companion.diagonal(-1).setOnes();
   const Eigen::EigenSolver<Mat> solver(companion, false);
-  constexpr double largest = 1 - 1e-9;  // zeros on the circle are moved inside
+  // zeros on the circle are moved inside, by more than rounding of the coefficients moves simple ones
+  constexpr double largest = 1 - 1e-9;
   Eigen::VectorXcd product = Eigen::VectorXcd::Unit(p.size(), 0) * p[0];
   for (std::complex<double> z : solver.eigenvalues()) {
     const double size = std::abs(z);
@@ -209,9 +211,9 @@ void fit_initial_state(Vec& e, const Vec& H, const Vec& P, Index memory) {
   const double negligible = negligible_tail * g.cwiseAbs().maxCoeff();
   while (last > 0 && std::abs(g[last]) <= negligible) --last;
   const Index rows = std::min(e.size(), last + 1 + n);
-  for (Index t = 0; t < rows; t += 512) {
+  for (Index t = 0; t < rows; t += TriangularFactor::block_rows) {
     poll_interrupt();
-    Mat block = Mat::Zero(std::min<Index>(512, rows - t), n + 1);
+    Mat block = Mat::Zero(std::min(TriangularFactor::block_rows, rows - t), n + 1);
     for (Index i = 0; i < block.rows(); ++i) {
       for (Index j = 0; j < std::min(n, t + i + 1); ++j) block(i, j) = g[t + i - j];
       block(i, n) = e[t + i];
@@ -242,8 +244,7 @@ Response predict(const PolyModel& m, const IdData& d, Index horizon, Seed seed) 
                      d.inputs()));
   if (m.output >= d.outputs())
     throw Error(text("the data has ", d.outputs(), " outputs, the model needs output ", m.output + 1));
-  if (horizon < 0 || horizon > 100000)
-    throw Error(text("horizon must lie between 1 and 100000, got ", horizon));
+  check_horizon(horizon);
   if (missing(d) > 0) {
     IdData one = d;
     one.y = d.y.col(m.output);

@@ -34,7 +34,8 @@ SignalTerm term_of(Expr node) {
     throw Error(text(shown, ": the argument of a signal must be t - k with a whole number k"));
   if (zero > 0)
     throw Error(text(shown, " lies in the future of t; a predictor uses y(t-1), u(t) and earlier"));
-  if (zero < -10000) throw Error(text(shown, ": the lag is too large"));
+  constexpr int longest = 10000;  // a choice: the state of the predictor holds so many samples
+  if (zero < -longest) throw Error(text(shown, ": the lag is too large, at most ", longest, " samples"));
   SignalTerm s{SignalTerm::Kind::input, f.name, static_cast<Index>(-zero), node};
   if (f.name == "y") s.kind = SignalTerm::Kind::output;
   if (f.name == "yhat" || f.name == "e") s.kind = SignalTerm::Kind::prediction;

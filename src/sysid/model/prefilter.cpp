@@ -38,6 +38,7 @@ Vec delayed_signal(const Vec& x, Index by, Index lost) { return x.segment(lost -
 
 std::vector<FilterSection> butterworth(double low, double high, int order, double Ts) {
   const double nyquist = M_PI / Ts;
+  // a choice: with sections of second order no digits are lost, but beyond it filters ring for long
   if (order < 1 || order > 20) throw Error(text("order must lie between 1 and 20, got ", order));
   if (!(low >= 0 && low < high))
     throw Error(text("w = { low, high } needs 0 ≤ low < high, got ", shortest(low), " and ", shortest(high)));

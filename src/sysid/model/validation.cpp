@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "sysid/model/state_space.hpp"
@@ -10,6 +11,7 @@
 namespace pendula::sysid {
 namespace {
 
+constexpr double significance = 0.01;         // of all tests
 constexpr double level = 2.5758293035489004;  // 99 % quantile of |x| for the standard normal distribution
 
 double correlation(const Vec& a, const Vec& b, Index lag) {  // Σ a(t) b(t - lag), unnormalised
@@ -37,11 +39,11 @@ Series series(const Response& r) {
 
 /// The smallest q with P(X > q) < 1 % for X ~ binomial(n, 0.01).
 int chance(Index n) {
-  double term = std::pow(0.99, static_cast<double>(n)), sum = term;
+  double term = std::pow(1 - significance, static_cast<double>(n)), sum = term;
   int q = 0;
-  while (sum < 0.99 && q < n) {
+  while (sum < 1 - significance && q < n) {
     ++q;
-    term *= static_cast<double>(n - q + 1) / q * 0.01 / 0.99;
+    term *= static_cast<double>(n - q + 1) / q * significance / (1 - significance);
     sum += term;
   }
   return q;
@@ -52,20 +54,22 @@ int chance(Index n) {
 double chi_square_tail(double x, double dof) {
   if (!(x > 0)) return 1;
   const double a = dof / 2, z = x / 2;
+  constexpr int most =
+      10000;  // terms: both expansions take some √a of them at z = a, i.e. 10⁸ degrees of freedom
   const double front = std::exp(a * std::log(z) - z - std::lgamma(a));
   if (z < a + 1) {  // series for the lower part
     double term = 1 / a, sum = term;
-    for (int k = 1; k < 10000 && term > 1e-17 * sum; ++k) sum += term *= z / (a + k);
+    for (int k = 1; k < most && term > eps / 16 * sum; ++k) sum += term *= z / (a + k);
     return std::max(0.0, 1 - front * sum);
   }
-  double b = z + 1 - a, c = 1e300, d = 1 / b, h = d;  // continued fraction by Lentz
-  for (int k = 1; k < 10000; ++k) {
+  double b = z + 1 - a, c = 1 / least_size, d = 1 / b, h = d;  // continued fraction by Lentz; c begins at ∞
+  for (int k = 1; k < most; ++k) {
     const double an = -k * (k - a);
     b += 2;
     d = 1 / (an * d + b);
     c = b + an / c;
     h *= d * c;
-    if (std::abs(d * c - 1) < 1e-16) break;
+    if (d * c == 1) break;
   }
   return front * h;
 }
@@ -106,7 +110,7 @@ void test_whiteness(Validation& v, const Vec& e, const Vec* there, Index noise_p
   }
   v.dof = static_cast<double>(std::max<Index>(1, v.lags - noise_parameters));
   v.p = chi_square_tail(v.Q, v.dof);
-  v.white = v.p >= 0.01;
+  v.white = v.p >= significance;
 }
 
 /// The correlations of e with every input, including later values (feedback).
@@ -123,7 +127,8 @@ void test_inputs(Validation& v, const Vec& e, const Mat& inputs) {
     if (size > 0)
       for (Index k = 1; k <= v.lags; ++k)
         P += 2 * v.autocorrelation[k - 1] * correlation(u, u, k) / u.squaredNorm();
-    v.cross_bound[i] = level * std::sqrt(std::max(P, 0.1) / N);
+    constexpr double least = 0.1;  // the estimate of the sum P > 0 may be negative, and 1 for white e or u
+    v.cross_bound[i] = level * std::sqrt(std::max(P, least) / N);
     int count = 0, back = 0;
     for (Index k = -v.lags; k <= v.lags; ++k) {
       const double r = size > 0 ? correlation(e, u, k) / size : 0;
@@ -151,11 +156,14 @@ Validation validate(const IdModel& model, Index output, const IdData& data, std:
   v.u_names = d.u_names;
   v.state_space = model.state_space != nullptr;
   v.rows = one.errors.size();
-  if (v.rows < 8) throw Error(text("validation needs at least 8 residuals, the data gives ", v.rows));
-  v.lags = lags.value_or(std::min<Index>(25, v.rows / 4));
-  if (v.lags > v.rows - 4)
-    throw Error(
-        text("lags = ", v.lags, " is too many for ", v.rows, " residuals; give at most ", v.rows - 4));
+  // correlations at lag k are sums of rows - k products, at least 4; without `lags` at least three quarters
+  constexpr Index least_products = 4, usual_lags = 25, least_rows = 2 * least_products;
+  if (v.rows < least_rows)
+    throw Error(text("validation needs at least ", least_rows, " residuals, the data give ", v.rows));
+  v.lags = lags.value_or(std::min<Index>(usual_lags, v.rows / 4));
+  if (v.lags > v.rows - least_products)
+    throw Error(text("lags = ", v.lags, " is too many for ", v.rows, " residuals; give at most ",
+                     v.rows - least_products));
   v.fit = one.fit;
   v.residuals = one.errors;
   try {
@@ -167,7 +175,8 @@ Validation validate(const IdModel& model, Index output, const IdData& data, std:
   const auto [e, there] = series(one);
   const bool gaps = e.size() != one.errors.size();
   const double power = e.squaredNorm();
-  if (power <= 1e-26 * (1e-300 + one.compared.squaredNorm())) {
+  constexpr double rounding = 1e-13;  // of y: 450 ε
+  if (power <= rounding * rounding * one.compared.squaredNorm()) {
     reproduce_exactly(v, d.inputs());
     return v;
   }

@@ -6,6 +6,7 @@
 #include <unordered_map>
 
 #include "base/decompositions.hpp"
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/search/least_squares.hpp"
@@ -53,7 +54,7 @@ LikelihoodFit exponential(const Regression& r, const Density& f) {
   const Vec scale = r.Phi.colwise().norm();
   const Vec around = ordinary(r).theta;
   const Vec rest = r.y - r.Phi * around;
-  const double size = std::max(rest.cwiseAbs().maxCoeff(), 1e-300);
+  const double size = std::max(rest.cwiseAbs().maxCoeff(), least_size);
   LinearProgram lp;
   lp.G = r.Phi * scale.cwiseInverse().asDiagonal();
   lp.h = rest / size;
@@ -131,8 +132,11 @@ Objective objective(const Regression& r, const NegativeLog& f, const Vec& theta)
 /// which never increases -ln L if that is concave in e² (Huber, Robust Statistics, 1981, §7.8); then the
 /// vertex through the smallest errors, if it is better. False if there was no improvement.
 bool reweight(const Regression& r, const NegativeLog& f, Vec& theta, double& value) {
+  // errors below 4500 ε of y are rounding: their weights are cut there
   const double before = value, floor = 1e-12 * r.y.cwiseAbs().maxCoeff();
-  for (int k = 0; k < 300; ++k) {
+  constexpr int most =
+      300;  // the steps converge linearly; the vertex that they approach is taken exactly below
+  for (int k = 0; k < most; ++k) {
     poll_interrupt();
     const Vec e = r.y - r.Phi * theta;
     Vec w(e.size());
@@ -144,7 +148,8 @@ bool reweight(const Regression& r, const NegativeLog& f, Vec& theta, double& val
     const Vec next = theta + least_squares(r.Phi, e, {w, {}}).theta;
     const double now = objective(r, f, next).value;
     if (!(now < value)) break;
-    const bool settled = value - now <= 1e-15 * std::abs(value);
+    constexpr double last_bits = 1e-15;  // 4.5 ε
+    const bool settled = value - now <= last_bits * std::abs(value);
     theta = next;
     value = now;
     if (settled) break;
@@ -158,7 +163,8 @@ bool reweight(const Regression& r, const NegativeLog& f, Vec& theta, double& val
   if (lu.isInvertible()) {
     const Vec corner = lu.solve(Vec(r.y(order)));
     const double now = objective(r, f, corner).value;
-    if (now <= value + 1e-13 * std::abs(value)) {
+    constexpr double rounding = 1e-13;  // 450 ε, of a sum over the samples: the vertex is preferred if equal
+    if (now <= value + rounding * std::abs(value)) {
       theta = corner;
       value = now;
       return true;
@@ -170,7 +176,8 @@ bool reweight(const Regression& r, const NegativeLog& f, Vec& theta, double& val
 /// The estimate at a kink with covariance from the Fisher information: (mean slope² ΦᵀΦ)⁻¹.
 LikelihoodFit kinked(const Regression& r, const NegativeLog& f, LikelihoodFit out, double value) {
   const Vec e = r.y - r.Phi * out.theta;
-  const double beside = 1e-9 * r.y.cwiseAbs().maxCoeff();  // the slope is undefined at the kink itself
+  // the slope is undefined at the kink itself; 1e-9 of y is above rounding and below any noise that matters
+  const double beside = 1e-9 * r.y.cwiseAbs().maxCoeff();
   double information = 0;
   for (const double x : e)
     information +=
@@ -192,7 +199,7 @@ LikelihoodFit user(const Regression& r, const Density& density) {
   };
   if (!negative_log_likelihood(out.theta)) zero_density(r, f, out.theta, density);
   MinimiserOptions options;
-  options.iterations = 500;
+  options.iterations = 500;  // a cap: densities of users may be far from quadratic
   const Minimum m = minimise(negative_log_likelihood, out.theta, options);
   out.theta = m.theta;
   out.iterations = m.iterations;
@@ -297,7 +304,8 @@ ParameterSet parameter_set(Regression r, double low, double high) {
     if (!s.bounded) {  // undetermined components become 0
       const Mat& free = s.null_space;
       s.smallest.theta -= free * Eigen::ColPivHouseholderQR<Mat>(free).solve(s.smallest.theta);
-      s.feasible = s.smallest.bound <= half * (1 + 1e-12);
+      constexpr double rounding = 1e-12;  // that of the linear program
+      s.feasible = s.smallest.bound <= half * (1 + rounding);
     }
     s.center = s.smallest.theta;
   }
@@ -321,6 +329,7 @@ ParameterSet parameter_set(Regression r, double low, double high) {
 std::optional<Index> violated(const ParameterSet& s, const Vec& theta) {
   for (Index t = 0; t < s.strips.Phi.rows(); ++t) {
     const double value = s.strips.Phi.row(t).dot(theta);
+    // of the terms: 4500 ε, as in the linear program that found θ
     const double rounding = 1e-12 * (s.strips.Phi.row(t).cwiseAbs().dot(theta.cwiseAbs()) +
                                      std::abs(s.strips.lower[t]) + std::abs(s.strips.upper[t]));
     if (value < s.strips.lower[t] - rounding || value > s.strips.upper[t] + rounding) return t;
@@ -360,7 +369,8 @@ std::string describe_empty(const ParameterSet& s) {
 
 std::string vertex_table(const ParameterSet& s) {
   const Mat& v = s.polytope.vertices;
-  if (v.rows() > 12) return text("  ", v.rows(), " vertices\n");
+  constexpr Index most = 12;  // vertices that a screen holds beside the text around them
+  if (v.rows() > most) return text("  ", v.rows(), " vertices\n");
   Table table(std::vector<bool>(s.regression.names.size() + 1, true));
   std::vector<std::string> heading{"vertex"};
   heading.insert(heading.end(), s.regression.names.begin(), s.regression.names.end());

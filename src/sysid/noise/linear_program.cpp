@@ -47,7 +47,9 @@ std::optional<Index> most_violated(const Scaled& s, const Vec& x, const std::vec
   Index worst = -1;
   const double excess = violation.maxCoeff(&worst);
   const double size = std::abs(s.h[worst]) + s.rows.col(worst).cwiseAbs().dot(x.cwiseAbs());
-  return excess > 1e-12 * (1e-3 + size) ? std::optional(worst) : std::nullopt;
+  // rounding of the terms: 4500 ε; rows are scaled to 1, and terms of less than 10⁻³ are not told from 0
+  constexpr double rounding = 1e-12, least = 1e-3;
+  return excess > rounding * (least + size) ? std::optional(worst) : std::nullopt;
 }
 
 }  // namespace
@@ -56,12 +58,14 @@ LinearSolution solve(const LinearProgram& lp) {
   const Index n = lp.c.size();
   // The box only bounds the iteration; results are computed from the given constraints alone.
   const double reach = lp.h.size() > 0 ? lp.h.cwiseAbs().maxCoeff() : 0;
-  const Scaled s = scaled(lp, 1e9 * std::max(1.0, reach));
+  constexpr double far = 1e9;  // a solution beyond it counts as unbounded; with 1/ε the box would be rounding
+  const Scaled s = scaled(lp, far * std::max(1.0, reach));
   LinearSolution out;
   for (Index i = 0; i < n; ++i) out.active.push_back(s.real + 2 * i + (lp.c[i] > 0 ? 1 : 0));
   Mat B(n, n);
   for (Index iteration = 0;; ++iteration) {
     if (iteration % 16 == 0) poll_interrupt();
+    // a cap against cycles: the dual simplex method usually takes a small multiple of n exchanges
     if (iteration > 2000 + 50 * n)
       throw Failure("the linear program does not converge: the data are nearly degenerate");
     for (Index i = 0; i < n; ++i) B.row(i) = s.rows.col(out.active[i]).transpose();
@@ -78,7 +82,8 @@ LinearSolution solve(const LinearProgram& lp) {
     Index leave = -1;
     double best = infinity;
     for (Index i = 0; i < n; ++i) {
-      if (!(weight[i] > 1e-11)) continue;
+      constexpr double pivot = 1e-11;  // of rows of length 1: smaller pivots are rounding, 45000 ε
+      if (!(weight[i] > pivot)) continue;
       const double ratio = out.multipliers[i] / weight[i];
       if (ratio < best || (ratio == best && weight[i] > weight[leave])) {
         best = ratio;
@@ -91,8 +96,9 @@ LinearSolution solve(const LinearProgram& lp) {
     }
     out.active[leave] = *enter;
   }
+  constexpr double zero = 1e-12;  // 4500 ε: the multiplier of a wall that rounding alone leans on
   for (std::size_t i = 0; i < out.active.size(); ++i)
-    if (out.active[i] >= s.real && out.multipliers[i] > 1e-12 * lp.c.norm())
+    if (out.active[i] >= s.real && out.multipliers[i] > zero * lp.c.norm())
       out.status = LinearSolution::Status::unbounded;
   for (std::size_t i = 0; i < out.active.size(); ++i)  // relative to the given rows
     out.multipliers[i] /= s.norm[out.active[i]];
@@ -113,7 +119,8 @@ std::vector<Index> starting_rows(const Mat& Phi, const Vec& e) {
     Vec v = Phi.row(i).transpose();
     const double size = v.norm();
     for (int twice = 0; twice < 2; ++twice) v -= Q * (Q.transpose() * v);
-    if (!(v.norm() > 1e-7 * size)) continue;
+    constexpr double dependent = 1e-7;  // keeps B invertible to half of the digits where the rows allow it
+    if (!(v.norm() > dependent * size)) continue;
     Q.conservativeResize(Eigen::NoChange, Q.cols() + 1);
     Q.rightCols(1) = v.normalized();
     rows.push_back(i);
@@ -131,7 +138,8 @@ struct Edge {
 /// With g = Bᵀ z, θ - B⁻¹ e_i s makes residual i equal to s and changes the cost at the rate below.
 Edge steepest_edge(const Vec& z, double up, double down) {
   Edge best;
-  best.rate = -1e-10 * (up + down);
+  constexpr double rounding = 1e-10;  // 5·10⁵ ε: of z, the solution of a system in B
+  best.rate = -rounding * (up + down);
   for (Index i = 0; i < z.size(); ++i)
     for (const double s : {1.0, -1.0})
       if (const double rate = -s * z[i] + (s > 0 ? up : down); rate < best.rate) best = {i, s, rate};
@@ -142,8 +150,8 @@ Edge steepest_edge(const Vec& z, double up, double down) {
 
 Vec least_absolute(const Mat& Phi, const Vec& measured, double up, double down) {
   const Index n = Phi.cols(), N = Phi.rows();
-  // Distinct perturbations of relative size 1e-10 break ties, since degenerate vertices could
-  // stall the search.
+  // Distinct perturbations of relative size 1e-10 (multiples of the golden ratio mod 1 keep apart) break
+  // ties, since degenerate vertices could stall the search; the end solves for the vertex of the true values.
   Vec y = measured;
   const double size = measured.cwiseAbs().maxCoeff();
   for (Index t = 0; t < N; ++t)
@@ -155,7 +163,8 @@ Vec least_absolute(const Mat& Phi, const Vec& measured, double up, double down) 
   Mat B(n, n);
   std::vector<std::pair<double, double>> crossings;
   double previous = infinity;
-  for (int iteration = 0; iteration < 10000; ++iteration) {
+  constexpr int most = 10000;  // a cap: each step lowers the cost, and a step costs N n
+  for (int iteration = 0; iteration < most; ++iteration) {
     poll_interrupt();
     Vec rhs(n);
     std::vector<bool> basic(static_cast<std::size_t>(N), false);
@@ -175,7 +184,8 @@ Vec least_absolute(const Mat& Phi, const Vec& measured, double up, double down) 
       cost += e[t] >= 0 ? up * e[t] : -down * e[t];
       g -= (e[t] >= 0 ? up : -down) * Phi.row(t).transpose();
     }
-    if (!(cost < previous * (1 - 1e-15))) break;
+    constexpr double last_bits = 1e-15;  // 4.5 ε
+    if (!(cost < previous * (1 - last_bits))) break;
     previous = cost;
     const Edge edge = steepest_edge(lu.transpose().solve(g), up, down);
     if (!edge.row) break;

@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "base/decompositions.hpp"
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "expr/graph/graph.hpp"
@@ -15,8 +16,9 @@
 namespace pendula::sysid {
 namespace {
 
-constexpr double relaxation = 1e-10;
-constexpr Index most_vertices = 200000;
+constexpr double relaxation = 1e-10;     // of the bounds: 1000 times tolerance()
+constexpr Index most_vertices = 200000;  // 100 MB at d = 16, mostly their neighbours
+constexpr double same_vertex = 1e-8;  // of the largest coordinates: 100 relaxations, as vertices move by more
 
 /// A fixed hash of integers (Steele, Lea & Flood, OOPSLA 2014, SplitMix64).
 std::uint64_t scramble(std::uint64_t x) {
@@ -124,7 +126,8 @@ class DoubleDescription {
     return out;
   }
 
-  double tolerance(Index c) const { return 1e-13 * std::max(1e-300, size_[c]); }
+  /// 450 ε of the bound.
+  double tolerance(Index c) const { return 1e-13 * std::max(least_size, size_[c]); }
 
   /// Candidates whose witness was removed search for another one; candidates without witness are redundant.
   void refresh(std::vector<Candidate>& candidates) {
@@ -133,6 +136,7 @@ class DoubleDescription {
       if (find_witness(c, first_new_, count_)) return false;
       return !find_witness(c, 0, first_new_);
     });
+    // each compaction is paid for by as many removals as it moves vertices; a few thousand cost nothing
     if (removed_count_ > count_ / 2 && count_ > 4096) compact(candidates);
   }
 
@@ -320,11 +324,11 @@ void collect(Polytope& p, const FeasibleSet& s, std::vector<std::vector<Index>> 
   Vec size = Vec::Zero(s.Phi.cols());
   for (const auto& [x, set] : all) size = size.cwiseMax(x.cwiseAbs());
   const auto near = [&](const Vec& a, const Vec& b) {
-    return ((a - b).cwiseAbs().array() <= 1e-8 * size.array()).all();
+    return ((a - b).cwiseAbs().array() <= same_vertex * size.array()).all();
   };
   const auto less = [&](const auto& a, const auto& b) {
     for (Index i = 0; i < a.first.size(); ++i)
-      if (std::abs(a.first[i] - b.first[i]) > 1e-8 * size[i]) return a.first[i] < b.first[i];
+      if (std::abs(a.first[i] - b.first[i]) > same_vertex * size[i]) return a.first[i] < b.first[i];
     return a.second < b.second;
   };
   std::sort(all.begin(), all.end(), less);
@@ -395,7 +399,9 @@ void turn(Polytope& p) {
 
 std::optional<ExactStrips> exact_strips(const Mat& Phi, const Vec& y, double low, double high) {
   const auto from = simplest_rational(low), to = simplest_rational(high);
-  if (Phi.rows() > 500 || Phi.cols() > 6 || !from || !to) return {};
+  // a choice: rational elimination for each vertex, whose number grows like rows^(d/2)
+  constexpr Index most_rows = 500, most_parameters = 6;
+  if (Phi.rows() > most_rows || Phi.cols() > most_parameters || !from || !to) return {};
   ExactStrips out;
   for (Index r = 0; r < Phi.rows(); ++r) {
     std::vector<mpq_class> row;
@@ -422,13 +428,15 @@ Polytope polytope(const FeasibleSet& given, const std::optional<ExactStrips>& ex
     if (s.lower[r] > s.upper[r] || (s.Phi.row(r).isZero(0) && (s.lower[r] > 0 || s.upper[r] < 0))) return p;
   const Eigen::ColPivHouseholderQR<Mat> qr(s.Phi.transpose());
   if (qr.rank() < d) throw Error("the set is unbounded: the regressor has deficient rank");
+  // the search begins with a box of 2ᵈ vertices: 65536
   if (d > 16) throw Failure("vertices of a set with more than 16 parameters are too many; use mod.box");
   std::vector<Index> basis;
   for (Index i = 0; i < d; ++i) basis.push_back(qr.colsPermutation().indices()[i]);
   DoubleDescription description(s, basis);
   if (!description.run()) return p;
   const std::vector<std::vector<Index>> sets = description.active_sets();
-  if (exact && static_cast<Index>(sets.size()) * s.Phi.rows() <= 200000)
+  constexpr Index most_rational_tests = 200000;  // vertices × rows, each a sum of rational products
+  if (exact && static_cast<Index>(sets.size()) * s.Phi.rows() <= most_rational_tests)
     collect_exact(p, *exact, sets);
   else
     collect_scaled(p, s, sets, unit);

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "base/decompositions.hpp"
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "sysid/noise/linear_program.hpp"
@@ -133,13 +134,13 @@ class FaceVolumes {
     Mat edges = x_(Eigen::all, VertexSet(face.begin() + 1, face.end()));
     edges.colwise() -= x_.col(face[0]);
     Eigen::ColPivHouseholderQR<Mat> qr;
-    qr.setThreshold(1e-11);
+    qr.setThreshold(1e-11);  // 45000 ε: edges of a face differ from its dimension by the rounding of vertices
     qr.compute(edges);
     const Vec turned = times_transposed(qr.householderQ(), from);
     return turned.tail(turned.size() - qr.rank()).norm();
   }
 
-  static constexpr std::size_t most_faces = 400000;
+  static constexpr std::size_t most_faces = 400000;  // 130 MB if each has 30 vertices
   Mat x_;
   std::map<VertexSet, double> volumes_;
 };
@@ -186,7 +187,7 @@ Ball largest_ball(const FeasibleSet& s, const Polytope& p) {
                        .colwise()
                        .maxCoeff()
                        .transpose()
-                       .cwiseMax(1e-300);
+                       .cwiseMax(least_size);
   const double least = size.minCoeff();
   LinearProgram lp;
   lp.c = -Vec::Unit(d + 1, d);
@@ -215,7 +216,7 @@ SmallestBound smallest_bound(const Mat& Phi, const Vec& mid) {
   lp.c = Vec::Unit(d + 1, d);
   lp.G.resize(2 * N, d + 1);
   lp.h.resize(2 * N);
-  const double size = std::max(mid.cwiseAbs().maxCoeff(), 1e-300);
+  const double size = std::max(mid.cwiseAbs().maxCoeff(), least_size);
   for (Index t = 0; t < N; ++t) {
     const Eigen::RowVectorXd phi = Phi.row(t).cwiseQuotient(scale.transpose());
     lp.G.row(2 * t) << phi, -1;
@@ -227,8 +228,9 @@ SmallestBound smallest_bound(const Mat& Phi, const Vec& mid) {
   SmallestBound out;
   out.bound = std::max(0.0, size * best.x[d]);
   out.theta = size * best.x.head(d).cwiseQuotient(scale);
+  constexpr double zero = 1e-10;  // multipliers sum to 1; those of rows that do not decide are rounding
   for (std::size_t i = 0; i < best.active.size(); ++i)
-    if (best.active[i] < 2 * N && best.multipliers[i] > 1e-10) out.rows.push_back(best.active[i] / 2);
+    if (best.active[i] < 2 * N && best.multipliers[i] > zero) out.rows.push_back(best.active[i] / 2);
   std::sort(out.rows.begin(), out.rows.end());
   out.rows.erase(std::unique(out.rows.begin(), out.rows.end()), out.rows.end());
   return out;

@@ -35,7 +35,9 @@ Vec simplex_minimum(const std::function<double(const Vec&)>& f, const Vec& x, in
     poll_interrupt();
     std::sort(points.begin(), points.end(), less);
     auto& worst = points.back();
-    if (worst.first - points[0].first < 1e-9 * (1 + std::abs(points[0].first))) break;
+    // f is -2 ln of a likelihood: changes of 1 matter, and at the minimum 10⁻⁹ is a change of x by √ of it
+    constexpr double settled = 1e-9;
+    if (worst.first - points[0].first < settled * (1 + std::abs(points[0].first))) break;
     Vec middle = Vec::Zero(n);
     for (Index i = 0; i < n; ++i) middle += points[i].second / static_cast<double>(n);
     const auto at = [&](double s) {
@@ -167,19 +169,25 @@ RegularisedFit regularised(const Mat& R, Index rows, const std::vector<Index>& s
   const Index count = kernel == Kernel::tc ? 2 : 3;
   double best = std::numeric_limits<double>::infinity();
   std::vector<KernelGroup> found = groups;
+  // choices: three starts, as the evidence may have several maxima, and three rounds over several groups
+  constexpr double correlated = 3;  // ρ = 0.95
+  constexpr int rounds = 3, evaluations = 250;
+  // logits: beyond ±30 a share is 0 or 1 to 10⁻¹³, beyond ±40 it rounds to it
+  constexpr double largest_start = 30, largest_logit = 40;
   for (const double decay : {0.0, 1.5, 3.0}) {  // λ = 0.5, 0.82, 0.95
-    for (KernelGroup& g : groups) g = group_of(Vec{{many, decay, 3.0}});
-    for (int pass = 0; pass < (groups.size() > 1 ? 3 : 1); ++pass)
+    for (KernelGroup& g : groups) g = group_of(Vec{{many, decay, correlated}});
+    for (int pass = 0; pass < (groups.size() > 1 ? rounds : 1); ++pass)
       for (KernelGroup& g : groups) {
-        Vec x{{std::log(g.size), std::log(g.decay / (1 - g.decay)), 3.0}};
+        Vec x{{std::log(g.size), std::log(g.decay / (1 - g.decay)), correlated}};
         if (kernel == Kernel::dc) x[2] = std::log(g.correlation / (1 - g.correlation));
-        x = x.cwiseMax(-30).cwiseMin(30);  // the share of an unneeded group may have rounded to 0 or 1
+        x = x.cwiseMax(-largest_start)
+                .cwiseMin(largest_start);  // the share of an unneeded group may have rounded to 0 or 1
         const auto value = [&](const Vec& at) {
-          if (at.cwiseAbs().maxCoeff() > 40) return std::numeric_limits<double>::infinity();
+          if (at.cwiseAbs().maxCoeff() > largest_logit) return std::numeric_limits<double>::infinity();
           g = group_of(at);
           return evidence(groups);
         };
-        g = group_of(simplex_minimum(value, x.head(count), 250));
+        g = group_of(simplex_minimum(value, x.head(count), evaluations));
       }
     if (const double v = evidence(groups); v < best || best == std::numeric_limits<double>::infinity()) {
       best = v;

@@ -21,7 +21,7 @@ enum class Kernel { none, tc, dc };
 Kernel kernel_named(const std::string& name);
 
 struct KernelGroup {
-  double size = 1, decay = 0.9, correlation = 0.95;  ///< κ, λ, ρ
+  double size = 1, decay = 0.9, correlation = 0.95;  ///< κ, λ, ρ; the search has its own starts
 };
 struct RegularisedFit {
   Vec theta;

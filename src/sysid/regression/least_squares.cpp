@@ -13,6 +13,9 @@
 namespace pendula::sysid {
 namespace {
 
+constexpr double no_entry = 1e-8;  // of null vectors, about √ε: they err by ε times a condition number
+constexpr double whole_within = 1e-6;  // a quotient of such entries that is shown as a whole number
+
 /// Reduced echelon form of the columns; free directions become unit vectors if possible.
 Mat echelon(Mat n) {
   Index column = 0;
@@ -20,7 +23,7 @@ Mat echelon(Mat n) {
     Index row = 0, pivot = 0;
     n.rightCols(n.cols() - column).cwiseAbs().maxCoeff(&row, &pivot);
     pivot += column;
-    if (std::abs(n(row, pivot)) < 1e-8) break;
+    if (std::abs(n(row, pivot)) < no_entry) break;
     n.col(pivot).swap(n.col(column));
     n.col(column) /= n(row, column);
     for (Index j = 0; j < n.cols(); ++j)
@@ -30,15 +33,15 @@ Mat echelon(Mat n) {
   for (Index j = 0; j < n.cols(); ++j) {
     const double largest = n.col(j).cwiseAbs().maxCoeff();
     for (Index i = 0; i < n.rows(); ++i)
-      if (std::abs(n(i, j)) < 1e-8 * largest) n(i, j) = 0;
+      if (std::abs(n(i, j)) < no_entry * largest) n(i, j) = 0;
   }
   return n;
 }
 
 std::string coefficient(double value) {
   const double whole = std::round(value);
-  return std::abs(value - whole) < 1e-6 * std::max(1.0, std::abs(value)) ? rounded(whole, 10)
-                                                                         : rounded(value, 4);
+  return std::abs(value - whole) < whole_within * std::max(1.0, std::abs(value)) ? rounded(whole, 10)
+                                                                                 : rounded(value, 4);
 }
 
 /// "2 a1 + b0" from coefficients.
@@ -59,12 +62,14 @@ std::vector<double> presentable(const Eigen::Ref<const Vec>& n) {
   for (const double v : n)
     if (v != 0) smallest = std::min(smallest, std::abs(v));
   std::vector<double> best(n.begin(), n.end());
-  for (int denominator = 1; denominator <= 12; ++denominator) {
+  constexpr int largest = 12;  // 1/2, 1/3, 1/4, 1/6 and their multiples; larger ones are no easier to read
+  for (int denominator = 1; denominator <= largest; ++denominator) {
     bool whole = true;
     std::vector<double> scaled;
     for (const double v : n) {
       const double s = v / smallest * denominator;
-      scaled.push_back(std::abs(s - std::round(s)) < 1e-6 * std::max(1.0, std::abs(s)) ? std::round(s) : s);
+      const double rest = std::abs(s - std::round(s));
+      scaled.push_back(rest < whole_within * std::max(1.0, std::abs(s)) ? std::round(s) : s);
       whole = whole && scaled.back() == std::round(scaled.back());
     }
     if (denominator == 1 || whole) best = scaled;
@@ -110,7 +115,8 @@ Mat whitened(const Mat& A, const Vec& y, const Weighting& w) {
     return w.covariance.col(0).cwiseSqrt().cwiseInverse().asDiagonal() * both;
   }
   const double size = w.covariance.cwiseAbs().maxCoeff();
-  if ((w.covariance - w.covariance.transpose()).cwiseAbs().maxCoeff() > 1e-10 * size)
+  constexpr double rounding = 1e-10;  // matrices may be printed with ten digits
+  if ((w.covariance - w.covariance.transpose()).cwiseAbs().maxCoeff() > rounding * size)
     throw Error("covariance: the matrix is not symmetric");
   const Eigen::LLT<Mat> llt(w.covariance);
   if (llt.info() != Eigen::Success || llt.rcond() < eps)
@@ -121,6 +127,7 @@ Mat whitened(const Mat& A, const Vec& y, const Weighting& w) {
 }  // namespace
 
 bool LeastSquares::exact() const {
+  // ‖y - Φθ‖ by Householder QR errs by a modest multiple of ε (‖y‖ + ‖Φ‖ ‖θ‖) (Higham 2002, §20.3)
   return std::sqrt(sse) <= 100 * eps * (y_norm + theta.cwiseAbs().dot(scale));
 }
 
@@ -162,7 +169,7 @@ LeastSquares solve_triangular(const Mat& R, Index rows, double accuracy) {
     out.theta = keep * out.theta;
     P = keep * P * keep;
     out.null_space = echelon(Q);
-    for (Index i = 0; i < d; ++i)
+    for (Index i = 0; i < d; ++i)  // rounding of the projection
       if (std::abs(out.theta[i]) < 10 * eps * out.theta.cwiseAbs().maxCoeff()) out.theta[i] = 0;
   }
   out.inverse = 0.5 * (P + P.transpose());
@@ -178,7 +185,7 @@ WeightedLeastSquares least_squares(const Mat& A, const Vec& y, const Weighting& 
   require_finite(y, "y");
   const Mat both = whitened(A, y, weighting);
   TriangularFactor factor(both.cols());
-  const Index block = std::max<Index>(256, both.cols());
+  const Index block = std::max(TriangularFactor::block_rows, both.cols());
   for (Index i = 0; i < both.rows(); i += block)
     factor.add(both.middleRows(i, std::min(block, both.rows() - i)));
   WeightedLeastSquares out;
