@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
@@ -15,7 +16,9 @@
 namespace pendula::lti {
 namespace {
 
-constexpr int most_states = 40;  // limit for exact polynomials
+// Doubles as coefficients do not determine the zeros of longer polynomials; exact ones of 40 states with
+// entries of one digit take 0.1 s.
+constexpr int most_states = 40;
 
 /// det(sI - A) and C adj(sI - A) B, row by row.
 struct Resolvent {
@@ -109,7 +112,8 @@ void drop_rounding(Polynomial& num, const StateSpace& g, Index i, Index j) {
   num.resize(std::min(num.size(), static_cast<std::size_t>(g.order())));
   for (Index k = g.order() - 1; k > 0; --k) {
     if (static_cast<Index>(num.size()) == k + 1) {
-      const double bound = 64 * std::numeric_limits<double>::epsilon() * seen.dot(b);
+      // |A|ᵏ|b|: the terms that cancel; their sum errs by some ε of it, 64 is a choice
+      const double bound = 64 * eps * seen.dot(b);
       if (!(std::fabs(constant_value(num.back())) <= bound)) return;
       num.pop_back();
     }

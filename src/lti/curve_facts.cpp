@@ -25,7 +25,9 @@ CurveFacts curve_facts(const Vec& t, const Vec& y, double final) {
   (sign * y).maxCoeff(&at);
   f.peak = y[at];
   f.peak_time = t[at];
-  if (std::fabs(final) < 1e-12) return f;
+  constexpr double zero =
+      1e-12;  // in the unit of y: a choice; facts relative to a final value of 0 say nothing
+  if (std::fabs(final) < zero) return f;
   const Vec scaled_y = y / final;
   constexpr double rise_from = 0.1, rise_to = 0.9, settled = 0.02;  // by definition
   const auto low = crossing(t, scaled_y, rise_from), high = crossing(t, scaled_y, rise_to);

@@ -245,10 +245,10 @@ Vec bode_frequencies(const DelaySystem& g) {
   const double longest = g.delays.empty() ? 0 : *std::max_element(g.delays.begin(), g.delays.end());
   double low = base[0], high = base[base.size() - 1];
   if (longest > 0) {
-    low = std::min(low, 0.01 / longest);
-    high = std::max(high, 20 * M_PI / longest);
+    low = std::min(low, 0.01 / longest);         // there a delay turns the phase by 0.6°
+    high = std::max(high, 20 * M_PI / longest);  // there by ten turns
   }
-  const Index count = 600;
+  const Index count = 600;  // three per dot column of a wide terminal
   return Vec::LinSpaced(count, std::log10(low), std::log10(high)).unaryExpr([](double v) {
     return std::pow(10, v);
   });
@@ -258,11 +258,14 @@ namespace {
 
 /// A grid of ω from low to high on which the argument of f changes by less than 0.3 per step.
 std::vector<double> following(const std::function<Complex(double)>& f, double low, double high) {
-  constexpr double turn = 0.3, longest = 1.02, shortest = 1e-7;  // of the argument; of ω
+  // A crossing is missed if the argument turns by more than π between two points: a tenth of that, as it may
+  // turn faster ahead. ω grows by 2 % at most; at 10⁻⁷ a jump, as at a pole on the axis, is stepped over.
+  constexpr double turn = 0.3, longest = 1.02, shortest = 1e-7, growth = 1.5;
+  constexpr std::size_t most_points = 200000;  // 0.3 rad each: ten thousand turns
   std::vector<double> out{low};
   double step = longest;
   Complex last = f(low);
-  while (out.back() < high && out.size() < 200000) {
+  while (out.back() < high && out.size() < most_points) {
     const double w = std::min(high, out.back() * step);
     const Complex now = f(w);
     if (std::abs(std::arg(now / last)) > turn && step > 1 + shortest) {
@@ -271,7 +274,7 @@ std::vector<double> following(const std::function<Complex(double)>& f, double lo
     }
     out.push_back(w);
     last = now;
-    step = std::min(longest, 1 + (step - 1) * 1.5);
+    step = std::min(longest, 1 + (step - 1) * growth);
   }
   return out;
 }
@@ -279,7 +282,8 @@ std::vector<double> following(const std::function<Complex(double)>& f, double lo
 /// A zero of f, which has different signs at a and b.
 double zero_between(const std::function<double(double)>& f, double a, double b) {
   const double sign = f(a) < 0 ? -1 : 1;
-  for (int k = 0; k < 80; ++k) {
+  constexpr int most = 80;  // of an interval of 2 % at most: to the last bit, after 47 halvings
+  for (int k = 0; k < most; ++k) {
     const double c = std::sqrt(a * b);
     (f(c) * sign > 0 ? a : b) = c;
   }
@@ -307,6 +311,7 @@ Margins margins(const DelaySystem& g) {
     throw Error("margins are for one input and one output; choose a channel with G:channel(i, j)");
   const auto at = [&](double w) { return value(g, Complex(0, w))(0, 0); };
   const Vec base = bode_frequencies(g);
+  // choices: three decades below the plotted range, and above it until |G| has left 1, eight decades at most
   const double low = 1e-3 * base[0];
   double high = base[base.size() - 1];
   for (int k = 0; k < 8 && std::abs(at(high)) > 0.5; ++k) high *= 10;

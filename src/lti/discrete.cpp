@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "expr/linalg/linalg.hpp"
@@ -126,7 +127,7 @@ System by_matching(const System& given, double Ts) {
   const auto is_root = [&](double at) {
     return std::abs(product_at(at, f.zeros)) == 0 || std::abs(product_at(at, f.poles)) == 0;
   };
-  while (is_root(s)) s += 0.1 / Ts;
+  while (is_root(s)) s += 0.1 / Ts;  // any other point, well inside the frequencies that the samples show
   const double z = std::exp(s * Ts);
   const Complex gain = number(f.gain) * product_at(s, f.zeros) / product_at(s, f.poles) *
                        product_at(z, h.poles) / product_at(z, h.zeros);
@@ -190,7 +191,7 @@ Mat without_rounding(Mat L) {
   const Vec d = linalg::balancing(L);
   const Vec inverse = d.cwiseInverse();
   const Mat balanced = inverse.asDiagonal() * L * d.asDiagonal();
-  const double rounding = 64 * std::numeric_limits<double>::epsilon() * balanced.lpNorm<Eigen::Infinity>();
+  const double rounding = 64 * eps * balanced.lpNorm<Eigen::Infinity>();  // of a logarithm: a choice
   return (balanced.array().abs() <= rounding).select(0, L);
 }
 

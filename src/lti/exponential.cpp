@@ -85,12 +85,14 @@ MatX newton_form(const MatX& A, std::vector<Expr> lambda, Expr t) {
   return tidy(total);
 }
 
-/// The sign of e for positive symbols at several points; 0 if it varies.
+/// The sign of e for positive symbols at several points; 0 if it varies. The points are pseudo-random, spread
+/// from e⁻³ to e³: a sign that changes on a tenth of them is overlooked in 0.9²⁴ = 8 % of the cases.
 int sign_for_positive(Expr e) {
   const auto symbols = leaves({&e, 1});
   int sign = 0;
   double seed = 0.618;
-  for (int point = 0; point < 24; ++point) {
+  constexpr int points = 24;
+  for (int point = 0; point < points; ++point) {
     std::unordered_map<Expr, double> values;
     for (Expr s : symbols) {
       seed = std::fmod(seed * 97.31 + 0.377, 1.0);

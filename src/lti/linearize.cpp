@@ -15,7 +15,7 @@
 namespace pendula::lti {
 namespace {
 
-constexpr int most_pencil = 60;      // unknowns up to which an exact pencil is used
+constexpr int most_pencil = 60;      // unknowns up to which elimination is exact: a choice, as numbers grow
 constexpr double dependent = 1e-11;  // of the first pivot: rounding leaves n ε
 
 /// Replaces a computed value, accurate to the tolerance of the start (1e-10), by a short decimal nearby if
@@ -23,10 +23,11 @@ constexpr double dependent = 1e-11;  // of the first pivot: rounding leaves n ε
 Expr snapped(double v, double scale) {
   constexpr double rounding = 1e-14;  // 45 ε of the largest value
   if (std::fabs(v) <= rounding * scale) return 0;
-  const std::string digits = pendula::rounded(v, 12);
+  constexpr int known = 12, typed = 8;  // digits: of a value at the tolerance; of numbers that people write
+  const std::string digits = pendula::rounded(v, known);
   const auto significant =
       std::count_if(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; });
-  return significant <= 8 ? parse_number(digits) : Expr(v);
+  return significant <= typed ? parse_number(digits) : Expr(v);
 }
 
 /// The values of all leaves of the model at the start.
@@ -51,6 +52,7 @@ class Point {
         motion_ = std::max(motion_, std::fabs(number(v->second)));
     motion_ /= scale;
   }
+  /// Starts are solved to 10⁻¹⁰ of the values; x′ may be 100 times as uncertain.
   bool at_rest() const { return motion_ <= 1e-8; }
 
   /// Evaluates entries at the point.
@@ -153,7 +155,8 @@ Expansion expand(const dae::Model& model, const Point& point, const std::vector<
 /// Is a matrix of doubles regular after equilibration?
 bool regular(const MatX& m) {
   if (m.rows() == 0) return true;
-  if (field(m) == Field::exact && m.rows() <= 60) return linalg::rank(m) == static_cast<int>(m.rows());
+  if (field(m) == Field::exact && m.rows() <= most_pencil)
+    return linalg::rank(m) == static_cast<int>(m.rows());
   Mat a = numbers(m);
   for (Index i = 0; i < a.rows(); ++i)
     if (const double size = a.row(i).lpNorm<Eigen::Infinity>(); size > 0) a.row(i) /= size;
@@ -248,7 +251,8 @@ std::vector<int> independent_rows(const Mat& t, int states, const std::vector<bo
       const double size = r.norm();
       if (size == 0) continue;
       for (int pass = 0; pass < 2; ++pass) r -= (r * basis.transpose()) * basis;
-      if (r.norm() <= 1e-7 * size) continue;
+      constexpr double dependent_row = 1e-7;  // keeps half of the digits of the new coordinates
+      if (r.norm() <= dependent_row * size) continue;
       basis.conservativeResize(basis.rows() + 1, k);
       basis.bottomRows(1) = r.normalized();
       chosen.push_back(i);
@@ -306,7 +310,8 @@ System by_pencil(const Expansion& x, const std::vector<Expr>& outputs) {
   if (!exact)
     for (MatX* m : {&g.ss.A, &g.ss.B, &g.ss.C, &g.ss.D}) {
       const Mat v = numbers(*m);
-      const double noise = v.size() ? 1e-13 * v.lpNorm<Eigen::Infinity>() : 0;
+      constexpr double rounding = 1e-13;  // 450 ε of the largest entry
+      const double noise = v.size() ? rounding * v.lpNorm<Eigen::Infinity>() : 0;
       *m = expressions(Mat(v.unaryExpr([&](double e) { return std::fabs(e) <= noise ? 0.0 : e; })));
     }
   std::vector<std::string> moved;

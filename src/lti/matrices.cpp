@@ -10,7 +10,7 @@
 namespace pendula::lti {
 
 Field field(std::span<const Expr> entries) {
-  constexpr std::size_t most_bits = 256;
+  constexpr std::size_t most_bits = 256;  // see the head of matrices.hpp
   Field f = Field::exact;
   mpz_class common = 1;
   for (Expr e : entries) {
@@ -70,7 +70,7 @@ std::optional<MatX> solve(const MatX& a, const MatX& b) {
   if (a.rows() == 0) return MatX(b);
   const Field f = common(field(a), field(b));
   try {
-    constexpr Index most_exact = 40;
+    constexpr Index most_exact = 40;  // as for transfer functions: 0.1 s
     if (f == Field::numeric || (f == Field::exact && a.rows() > most_exact))
       return expressions(linalg::solve(numbers(a), numbers(b)));
     return tidy(linalg::solve(a, b));

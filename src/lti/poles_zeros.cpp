@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "base/decompositions.hpp"
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "expr/generic/generic.hpp"
@@ -15,7 +16,6 @@ namespace pendula::lti {
 namespace {
 
 using dae::RationalMatrix;
-constexpr int most_exact = 30;  // states up to which characteristic polynomials are exact
 
 std::vector<dae::Mode> sorted(std::vector<dae::Mode> list) {
   std::stable_sort(list.begin(), list.end(), [](const auto& a, const auto& b) {
@@ -31,8 +31,7 @@ std::vector<dae::Mode> eigenvalues(const Mat& given) {
   const auto e = linalg::eigensystem(m);
   // Parts below the backward error of the eigenvalue iteration are rounding errors, so that a pole on the
   // axis is printed there.
-  const double rounding =
-      4 * static_cast<double>(m.rows()) * std::numeric_limits<double>::epsilon() * m.norm();
+  const double rounding = 4 * static_cast<double>(m.rows()) * eps * m.norm();
   for (Index k = 0; k < e.re.size(); ++k) {
     const double re = std::fabs(e.re[k]) <= rounding ? 0 : e.re[k],
                  im = std::fabs(e.im[k]) <= rounding ? 0 : e.im[k];
@@ -172,7 +171,7 @@ Quadruple<Mat> in_units(Quadruple<Mat> q, double& unit) {
 
 std::vector<dae::Mode> zeros_of(const StateSpace& g) {
   const bool exact = common(common(field(g.A), field(g.B)), common(field(g.C), field(g.D))) == Field::exact;
-  if (exact && g.order() <= most_exact) {
+  if (exact && g.order() <= most_exact_states) {
     const auto s =
         core(Quadruple<RationalMatrix>{rational(g.A), rational(g.B), rational(g.C), rational(g.D)}, 0);
     if (s.A.rows() == 0) return {};
@@ -183,7 +182,8 @@ std::vector<dae::Mode> zeros_of(const StateSpace& g) {
   double unit = 1;
   const Quadruple<Mat> q = in_units({numbers(g.A), numbers(g.B), numbers(g.C), numbers(g.D)}, unit);
   const double size = std::max({q.A.norm(), q.B.norm(), q.C.norm(), q.D.norm()});
-  const auto s = core(q, 100 * std::numeric_limits<double>::epsilon() * size);
+  // rows are compressed by up to 2 n orthogonal factorisations, each of which errs by some ε; 100 is a choice
+  const auto s = core(q, 100 * eps * size);
   if (s.A.rows() == 0) return {};
   return eigenvalues(Mat(unit * (s.A - s.B * Mat(s.D.partialPivLu().solve(s.C)))));
 }
@@ -211,7 +211,8 @@ std::vector<dae::Mode> poles(const System& given) {
   if (g.form == Form::zpk && g.siso()) return listed(g.zpk[0].poles);
   if (g.form != Form::ss && g.siso()) return zeros(g.tf[0].den);
   const System s = to_ss(g);
-  if (field(s.ss.A) == Field::exact && s.ss.order() <= most_exact) return eigenvalues(rational(s.ss.A));
+  if (field(s.ss.A) == Field::exact && s.ss.order() <= most_exact_states)
+    return eigenvalues(rational(s.ss.A));
   return eigenvalues(numbers(s.ss.A));
 }
 

@@ -76,13 +76,17 @@ std::complex<long double> isolated_zero(const std::vector<double>& p, std::compl
                                         double distance) {
   const auto allowed = static_cast<long double>(distance) / 3;
   auto s = start;
-  for (int step = 0; step < 40; ++step) {
+  // from a factor of 10⁶ away on, steps first shrink by 1 - 1/n each; then Newton's method squares the error,
+  // so that 10⁻⁶ is enough for the steps that follow
+  constexpr int most = 40;
+  constexpr long double settled = 1e-6L;
+  for (int step = 0; step < most; ++step) {
     const auto [v, d] = value_and_slope(p, s);
     if (std::abs(d) == 0) return start;
     const auto change = v / d;
     s -= change;
     if (!(std::abs(s - start) < allowed)) return start;
-    if (std::abs(change) <= 1e-6L * std::abs(s)) return s;
+    if (std::abs(change) <= settled * std::abs(s)) return s;
   }
   return start;
 }
@@ -111,13 +115,16 @@ std::vector<Complex> numeric_zeros(std::vector<double> p) {
         std::complex<long double>(solver.eigenvalues()[i]) * static_cast<long double>(sigma);
     if (s.imag() < 0) continue;
     s = isolated_zero(p, s, distance_to_others(solver.eigenvalues(), i) * sigma);
-    for (int step = 0; step < 10; ++step) {
+    // an error of 10⁻³ is 10⁻²⁴ after three steps; multiple zeros converge linearly and stay as they are
+    constexpr int most = 10;
+    constexpr long double nearby = 1e-3L, last_bit = 1e-19L;  // of long double: 2⁻⁶³
+    for (int step = 0; step < most; ++step) {
       const auto [v, d] = value_and_slope(p, s);
       if (std::abs(d) == 0) break;
       const auto change = v / d;
-      if (!(std::abs(change) < 1e-3L * std::abs(s))) break;  // do not leave the neighbourhood of the zero
+      if (!(std::abs(change) < nearby * std::abs(s))) break;  // do not leave the neighbourhood of the zero
       s -= change;
-      if (std::abs(change) < 1e-19L * std::abs(s)) break;
+      if (std::abs(change) < last_bit * std::abs(s)) break;
     }
     list.emplace_back(static_cast<double>(s.real()), static_cast<double>(s.imag()));
     if (solver.eigenvalues()[i].imag() > 0) list.push_back(std::conj(list.back()));
@@ -231,7 +238,9 @@ Polynomial gcd(const Polynomial& a, const Polynomial& b) {
 
 std::vector<dae::Mode> zeros(const Polynomial& given) {
   PENDULA_ASSERT(!given.empty(), "the zeros of the zero polynomial");
-  if (field(given) == Field::exact && degree(given) <= 40) return dae::modes(dae::factors(rational(given)));
+  constexpr int most_exact = 40;  // the states of exact transfer functions
+  if (field(given) == Field::exact && degree(given) <= most_exact)
+    return dae::modes(dae::factors(rational(given)));
   std::vector<dae::Mode> list;
   std::vector<double> p = numbers(given);
   int at_zero = 0;

@@ -19,6 +19,7 @@ namespace {
 
 constexpr double same_step = 1e-12;  // relative: differences of times, 4500 ε
 constexpr double on_grid = 1e-6;     // of Ts: times may be printed with seven digits
+constexpr double rounding = 1e-9;    // of a quotient of times: ε of 10⁶ samples
 
 /// The matrices in doubles.
 struct Numbers {
@@ -44,8 +45,10 @@ void check_times(const Numbers& s, const Vec& t) {
           text("the times of a discrete system are one sampling time apart (Ts = ", pendula::rounded(s.Ts),
                "), but t[", k + 1, "] - t[", k, "] = ", pendula::rounded(t[k] - t[k - 1])));
   }
-  if (static_cast<double>(t.size()) * static_cast<double>(s.A.rows() + s.C.rows()) > 1e8)
-    throw Error(text(t.size(), " times are too many for this system"));
+  constexpr double most = 1e8;  // numbers of x and y: 0.8 GB
+  if (static_cast<double>(t.size()) * static_cast<double>(s.A.rows() + s.C.rows()) > most)
+    throw Error(text(t.size(), " times are too many for a system of ", s.A.rows(), " states and ", s.C.rows(),
+                     " outputs: at most ", static_cast<Index>(most) / (s.A.rows() + s.C.rows())));
 }
 
 /// e^{[A B; 0 0] h} for piecewise constant inputs, or e^{[A B 0; 0 0 I/h; 0 0 0] h} for piecewise linear
@@ -99,6 +102,7 @@ class Quadrature {
  private:
   void prepare(double h) {
     h_ = h;
+    // u is taken at five nodes per time 1/‖A‖, the shortest in which x follows; 1000 pieces are a cap
     pieces_ = static_cast<int>(std::clamp(std::ceil(h * s_.A.lpNorm<1>()), 1.0, 1000.0));
     const double piece = h / pieces_;
     const Index n = s_.A.rows(), m = s_.B.cols();
@@ -155,7 +159,7 @@ Run run(const Numbers& s, const Vec& t, Vec x, const std::function<Vec(Index)>& 
 double nice_up(double value) {
   const double decade = std::pow(10, std::floor(std::log10(value)));
   for (double f : {1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0})
-    if (value <= f * decade * (1 + 1e-12)) return f * decade;
+    if (value <= f * decade * (1 + same_step)) return f * decade;
   return 10 * decade;
 }
 
@@ -188,7 +192,8 @@ Vec from_zero(const Numbers& s, const Vec& t) {
   if (s.Ts > 0 && std::fabs(t[0] - steps * s.Ts) > on_grid * s.Ts)
     throw Error(text("the times of a discrete system are multiples of Ts = ", pendula::rounded(s.Ts),
                      ", but t[1] = ", pendula::rounded(t[0])));
-  if (steps > 1e7) throw Error(text("t[1] = ", pendula::rounded(t[0]), " is ", steps, " samples after 0"));
+  constexpr double most = 1e7;  // steps that are computed before the first time
+  if (steps > most) throw Error(text("t[1] = ", pendula::rounded(t[0]), " is ", steps, " samples after 0"));
   const auto before = static_cast<Index>(steps);
   Vec all(before + t.size());
   for (Index k = 0; k < before; ++k) all[k] = static_cast<double>(k) * s.Ts;
@@ -208,6 +213,8 @@ struct Horizon {
 Horizon horizon(const System& g, double Ts) {
   double longest = 0, fastest = 0;
   bool forever = false;
+  // Seven time constants: e⁻⁷ = 0.1 % of a mode is left; unstable modes grow by e⁴ = 55; at most 60 periods,
+  // and five of undamped ones. 10⁻⁹ is the rounding of a pole on the axis; e⁻⁵⁰ = 2e-22 stands for z = 0.
   for (const dae::Mode& m : poles(g)) {
     const Complex p = Ts > 0 ? (std::abs(m.value) > 0 ? std::log(m.value) / Ts : Complex(-50 / Ts)) : m.value;
     const double decay = std::fabs(p.real()), size = std::abs(p);
@@ -220,7 +227,7 @@ Horizon horizon(const System& g, double Ts) {
       forever = true;
     if (p.imag() != 0 && decay < 3 * std::fabs(p.imag())) fastest = std::max(fastest, std::fabs(p.imag()));
   }
-  const double none = Ts > 0 ? 20 * Ts : 10;
+  const double none = Ts > 0 ? 20 * Ts : 10;  // no poles, or integrators alone: no time is characteristic
   return {longest > 0 ? nice_up((forever ? 1.5 : 1) * longest) : none, fastest};
 }
 
@@ -236,12 +243,14 @@ Vec response_times(const System& given, std::optional<double> to) {
   if (!std::isfinite(end))
     throw Error("the slowest pole takes longer than a number can say; give the times, or the last of them");
   if (Ts > 0) {
-    const double steps = std::floor(end / Ts + 1e-9);
-    if (steps > 1e6)
+    const double steps = std::floor(end / Ts + rounding);
+    constexpr double most = 1e6;  // far beyond what a plot shows; lsim takes more
+    if (steps > most)
       throw Error(text("up to t = ", pendula::rounded(end), " there are more than 10⁶ samples"));
     const auto n = static_cast<Index>(std::max(to ? 0.0 : 10.0, to ? steps : std::min(steps, 1000.0)));
     return Vec::LinSpaced(n + 1, 0, Ts * static_cast<double>(n));
   }
+  // 40 times per period of the fastest visible oscillation, between the dots of a terminal and of a page
   const double wanted = std::clamp(end * natural.fastest / (2 * M_PI) * 40, 300.0, 3000.0);
   return Vec::LinSpaced(static_cast<Index>(wanted) + 1, 0, end);
 }
@@ -257,9 +266,8 @@ Vec times_of_facts(const System& g, const Vec& t) {
   const auto widest = [](const Vec& times) {
     return times.size() < 2 ? 0 : (times.tail(times.size() - 1) - times.head(times.size() - 1)).maxCoeff();
   };
-  const double rounding = 1 + 1e-9;
-  const bool enough =
-      t[t.size() - 1] * rounding >= whole[whole.size() - 1] && widest(t) <= widest(whole) * rounding;
+  const bool enough = t[t.size() - 1] * (1 + rounding) >= whole[whole.size() - 1] &&
+                      widest(t) <= widest(whole) * (1 + rounding);
   return enough ? t : whole;
 }
 

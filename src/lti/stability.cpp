@@ -144,9 +144,8 @@ Rationals from_disc(const Rationals& p) {
 
 /// The counts for a system of exact numbers.
 std::optional<Sides> exact_sides(const System& g) {
-  constexpr int most = 30;
   if (g.form != Form::ss && !g.siso()) return exact_sides(to_ss(g));
-  if (g.form == Form::ss && g.ss.order() > most) return {};
+  if (g.form == Form::ss && g.ss.order() > most_exact_states) return {};
   if (g.form == Form::ss && field(g.ss.A) != Field::exact) return {};
   const Polynomial p = g.form == Form::ss    ? characteristic(g)
                        : g.form == Form::zpk ? from_zeros(g.zpk[0].poles)
@@ -163,7 +162,7 @@ std::optional<Sides> exact_sides(const System& g) {
 // ── the verdict ──
 
 std::string part_text(const dae::Mode& m, bool imaginary) {
-  constexpr int readable = 16;
+  constexpr int readable = 16;  // characters, as many as a number of 16 digits
   const double v = imaginary ? m.value.imag() : m.value.real();
   if (!m.exact) return pendula::rounded(v, 6);
   const std::string exact = pendula::to_text(imaginary ? m.exact->second : m.exact->first);

@@ -6,6 +6,7 @@
 
 #include "base/counted.hpp"
 #include "base/decompositions.hpp"
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "base/stoppable.hpp"
 #include "base/text.hpp"
@@ -16,7 +17,7 @@ namespace pendula::lti {
 namespace {
 
 using dae::RationalMatrix;
-constexpr int most_exact_pairs = 20;
+constexpr int most_exact_pairs = 20;  // states: minreal takes 0.1 s for a full matrix of small whole numbers
 
 /// The span of [B, AB, A²B, …] as columns.
 RationalMatrix reachable(const RationalMatrix& A, const RationalMatrix& B) {
@@ -37,7 +38,7 @@ Mat reachable(const Mat& A, const Mat& B, double relative) {
   while (newest.cols() > 0 && space.cols() < n) {
     for (int pass = 0; pass < 2; ++pass) newest -= space * (space.transpose() * newest);
     const Eigen::JacobiSVD<Mat> svd(newest, Eigen::ComputeThinU);
-    const double tol = relative * std::max(size, 1e-300);
+    const double tol = relative * std::max(size, least_size);
     const Index rank = (svd.singularValues().array() > tol).count();
     const Mat directions = svd.matrixU().leftCols(rank);
     Mat grown(n, space.cols() + rank);
@@ -71,7 +72,8 @@ Split split(const MatX& A, const MatX& B, double tol = 0) {
   const Mat a = linalg::similar(numbers(A), d), b = inverse.asDiagonal() * numbers(B);
   const double cubic = std::pow(static_cast<double>(n), 3);
   const Mat space = stoppable(8 * cubic, [&] {
-    return std::vector<Mat>{reachable(a, b, tol > 0 ? tol : 1e-12 * static_cast<double>(n))};
+    constexpr double rounding = 1e-12;  // 4500 ε per state: the staircase works with orthogonal bases
+    return std::vector<Mat>{reachable(a, b, tol > 0 ? tol : rounding * static_cast<double>(n))};
   })[0];
   if (space.cols() == n) return {MatX(MatX::Identity(n, n)), MatX(MatX::Identity(n, n)), static_cast<int>(n)};
   Mat V(n, n);
@@ -191,7 +193,8 @@ Factored without_pairs(Factored f, double tol, int& pairs) {
 }
 
 System minimal_fractions(const System& g, double tol) {
-  const double closeness = tol > 0 ? tol : 1e-8;
+  constexpr double double_root = 1e-8;  // relative: computed double zeros err by √ε
+  const double closeness = tol > 0 ? tol : double_root;
   System h = g;
   int removed = 0;
   if (g.form == Form::zpk) {
@@ -355,7 +358,7 @@ Mat schur_lyapunov(const Mat& A, const Mat& Q, bool continuous, const Vec& d) {
   const ComplexMat scaled = (inverse.asDiagonal() * Q * inverse.asDiagonal()).cast<Complex>(),
                    F = U.adjoint() * scaled * U;
   ComplexMat Y = ComplexMat::Zero(n, n);
-  const double smallest = 1e-14 * T.norm();
+  const double smallest = 1e-14 * T.norm();  // 45 ε: eigenvalues of A that are opposite but for rounding
   // Columns from the right: in A P + P Aᴴ + Q = 0 with T upper triangular, (T + t̄ⱼⱼ I) yⱼ = -fⱼ -
   // Σ_{k>j} t̄ⱼₖ yₖ.
   for (Index j = n; j-- > 0;) {
@@ -415,7 +418,9 @@ MatX lyapunov(const MatX& A, const MatX& Q, bool continuous) {
                      " and ", Q.rows(), "×", Q.cols()));
   if (A.rows() == 0) return A;
   const Field f = common(field(A), field(Q));
-  if (f == Field::symbolic ? A.rows() <= 4 : f == Field::exact && A.rows() <= 8)
+  // n(n + 1)/2 unknowns: 10 with symbols, 36 in rational numbers (3 ms)
+  constexpr Index most_symbolic = 4, most_exact = 8;
+  if (f == Field::symbolic ? A.rows() <= most_symbolic : f == Field::exact && A.rows() <= most_exact)
     return exact_lyapunov(A, Q, continuous);
   const Mat q = numbers(Q);
   constexpr double rounding = 1e-12;  // of a product such as CᵀC: 4500 ε

@@ -6,6 +6,10 @@
 
 namespace pendula::lti {
 
+/// States up to which characteristic polynomials are exact: for full matrices of small whole numbers poles
+/// take 0.1 s, zeros and verdicts on stability 0.2 s.
+inline constexpr int most_exact_states = 30;
+
 /// Poles by real part, then imaginary part: eigenvalues of A, or of a minimal realisation of a
 /// matrix of fractions (zeros of the denominator where there is one input and one output).
 /// Exact where rational or quadratic.

@@ -18,6 +18,7 @@ void check_sampling(Expr Ts) {
   if (Ts.is_constant() && constant_value(Ts) < 0)
     throw Error(text("the sampling time must be positive, got Ts = ", to_text(Ts),
                      "; without it time is continuous"));
+  // squares of Ts and of 1/Ts are within the range of doubles
   if (Ts.is_constant() && !Ts.is_zero() && !(constant_value(Ts) > 1e-150 && constant_value(Ts) < 1e150))
     throw Error(text("the sampling time must lie between 1e-150 and 1e150 seconds, got Ts = ", to_text(Ts)));
 }
@@ -47,8 +48,10 @@ class FractionReader {
       case Op::div:
         return product(read(e.operand(0)), turned(read(e.operand(1))));
       case Op::pow: {
+        constexpr int largest_power =
+            100;  // of s: more is a mistake in writing; 40 states are the limit of use
         const mpq_class* n = exact_value(e.operand(1));
-        if (!n || n->get_den() != 1 || abs(*n) > 100) break;
+        if (!n || n->get_den() != 1 || abs(*n) > largest_power) break;
         const int k = static_cast<int>(n->get_num().get_si());
         const Fraction base = k < 0 ? turned(read(e.operand(0))) : read(e.operand(0));
         return {lti::power(base.num, std::abs(k)), lti::power(base.den, std::abs(k))};

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/decompositions.hpp"
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "base/stoppable.hpp"
 #include "base/text.hpp"
@@ -87,7 +88,9 @@ class Eigenvectors {
   }
 
   void improve() {
+    // choices: the determinant grows with every sweep; it is a measure of quality, not a result
     constexpr int most_sweeps = 30;
+    constexpr double settled = 1e-3;
     double before = size();
     for (int sweep = 0; sweep < most_sweeps; ++sweep) {
       for (Index j = 0; j < X_.cols(); ++j) {
@@ -99,7 +102,7 @@ class Eigenvectors {
         ++j;
       }
       const double now = size();
-      if (std::fabs(now - before) <= 1e-3 * std::fabs(now)) return;
+      if (std::fabs(now - before) <= settled * std::fabs(now)) return;
       before = now;
     }
   }
@@ -158,7 +161,9 @@ class Eigenvectors {
     const ComplexMat skew = u * u.adjoint() - u.conjugate() * u.transpose(), M = S.adjoint() * skew * S;
     const Eigen::JacobiSVD<ComplexMat> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
     const Vec sigma = svd.singularValues();
-    const bool tie = sigma.size() > 1 && sigma[1] > (1 - 1e-8) * sigma[0];
+    // directions of nearly equal singular values are rounding: ε/10⁻⁸ of them
+    constexpr double equal = 1e-8;
+    const bool tie = sigma.size() > 1 && sigma[1] > (1 - equal) * sigma[0];
     const ComplexMat best = S * svd.matrixU().leftCols(tie ? 2 : 1);
     const ComplexVec old = X_.col(j).cast<Complex>() + Complex(0, 1) * X_.col(j + 1).cast<Complex>();
     ComplexVec x = best * (best.adjoint() * old);
@@ -173,7 +178,7 @@ class Eigenvectors {
 
 /// The largest relative distance between wanted poles and the matched computed ones.
 double miss(const std::vector<Complex>& wanted, ComplexVec found) {
-  double worst = 0, scale = 1e-300;
+  double worst = 0, scale = least_size;
   for (const Complex z : wanted) scale = std::max(scale, std::abs(z));
   std::vector<bool> used(wanted.size(), false);
   for (const Complex z : wanted) {
@@ -221,7 +226,9 @@ Placement placed(const Mat& A, const Mat& B, const ComplexVec& wanted) {
   out.K = qr.solve(Mat(A - closed.transpose()));
   out.condition = condition(vectors.X());
   out.poles = Eigen::EigenSolver<Mat>(Mat(A - B * out.K), false).eigenvalues();
-  if (!out.K.allFinite() || !(miss(poles, out.poles) <= 1e-3))
+  constexpr double poor =
+      1e-3;  // a choice: poles that far from the wanted ones are not those that were asked for
+  if (!out.K.allFinite() || !(miss(poles, out.poles) <= poor))
     throw Failure(text("the poles are too sensitive to be placed: the condition of their eigenvectors is ",
                        pendula::rounded(out.condition, 3),
                        "; place them farther apart or nearer to those of A"));

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "base/decompositions.hpp"
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/stoppable.hpp"
@@ -23,7 +24,8 @@ void require_size(const Mat& m, const char* name, Index rows, Index cols) {
 }
 
 void require_symmetric(const Mat& m, const char* name) {
-  if ((m - m.transpose()).cwiseAbs().maxCoeff() > 1e-10 * m.cwiseAbs().maxCoeff())
+  constexpr double printed = 1e-10;  // relative: matrices may be printed with ten digits
+  if ((m - m.transpose()).cwiseAbs().maxCoeff() > printed * m.cwiseAbs().maxCoeff())
     throw Error(text(name, " must be symmetric"));
 }
 
@@ -43,8 +45,9 @@ void check(RiccatiProblem& p) {
   require_symmetric(p.R, "R");
   if (definite(p.R)) return;
   if (p.continuous) throw Error("R must be positive definite: every input needs a weight");
+  constexpr double rounding = 1e-12;  // 4500 ε, of an eigenvalue that is 0
   if (Eigen::SelfAdjointEigenSolver<Mat>(p.R, Eigen::EigenvaluesOnly).eigenvalues().minCoeff() <
-      -1e-12 * p.R.norm())
+      -rounding * p.R.norm())
     throw Error("R must be positive semidefinite: no input may have a negative weight");
 }
 
@@ -60,7 +63,7 @@ Reduced without_cross_term(const RiccatiProblem& p) {
 /// A ← A W A, G ← G + A W G Aᵀ, H ← H + Aᵀ H W A with W = (I + G H)⁻¹, until H is stationary. Empty if the
 /// iteration does not converge.
 std::optional<Mat> doubled(Mat A, Mat G, Mat H) {
-  constexpr int most_doublings = 60;
+  constexpr int most_doublings = 60;  // 2⁶⁰ steps: A decays even with eigenvalues of modulus 1 - ε
   const Index n = A.rows();
   for (int k = 0; k < most_doublings; ++k) {
     poll_interrupt();
@@ -71,7 +74,8 @@ std::optional<Mat> doubled(Mat A, Mat G, Mat H) {
     H += change;
     A = A * WA;
     if (!H.allFinite() || !G.allFinite() || !A.allFinite()) return {};
-    if (change.norm() <= 1e-16 * H.norm() || A.norm() < 1e-300) return H;
+    constexpr double half_a_bit = 1e-16;  // 0.45 ε: the sum no longer changes
+    if (change.norm() <= half_a_bit * H.norm() || A.norm() < least_size) return H;
   }
   return {};
 }
@@ -82,12 +86,14 @@ std::optional<Mat> by_doubling(const Reduced& r, bool continuous) {
   const Index n = r.A.rows();
   const double size =
       std::sqrt((2 * r.A.squaredNorm() + r.G.squaredNorm() + r.H.squaredNorm()) / static_cast<double>(2 * n));
-  for (const double factor : {1.0, 1.37, 0.61, 4.3, 0.23}) {  // γ must not be an eigenvalue
+  // γ must not be an eigenvalue: other factors without a simple relation to the first
+  constexpr double regular = 1e-14;  // reciprocal condition number; below 45 ε no digit is left
+  for (const double factor : {1.0, 1.37, 0.61, 4.3, 0.23}) {
     const double gamma = factor * (size > 0 ? size : 1);
     const Mat I = Mat::Identity(n, n);
     const Eigen::PartialPivLU<Mat> shifted(Mat(r.A - gamma * I));
     const Eigen::PartialPivLU<Mat> W(Mat((r.A - gamma * I).transpose() + r.H * Mat(shifted.solve(r.G))));
-    if (!(shifted.rcond() > 1e-14) || !(W.rcond() > 1e-14)) continue;
+    if (!(shifted.rcond() > regular) || !(W.rcond() > regular)) continue;
     const Mat W_inverse = inverse_by_lu(W);
     const auto X = doubled(I + 2 * gamma * W_inverse.transpose(),
                            symmetric(2 * gamma * Mat(shifted.solve(r.G)) * W_inverse),
@@ -104,15 +110,18 @@ std::optional<Mat> by_sign(const Reduced& r) {
   const Index n = r.A.rows();
   Mat Z(2 * n, 2 * n);
   Z << r.A, -r.G, -r.H, -r.A.transpose();
-  for (int k = 0; k < 100; ++k) {
+  // Scaled steps bring the eigenvalues near ±1 (20 is a choice), then each step squares the error.
+  constexpr int most_scaled = 20, most = 100;
+  constexpr double rounding = 1e-13;  // 450 ε; refine() follows
+  for (int k = 0; k < most; ++k) {
     poll_interrupt();
     const Mat back = inverse_by_lu(Z);
     if (!back.allFinite()) return {};
-    const double c = k < 20 ? std::sqrt(back.norm() / Z.norm()) : 1;
+    const double c = k < most_scaled ? std::sqrt(back.norm() / Z.norm()) : 1;
     const Mat next = 0.5 * (c * Z + back / c);
     const double change = (next - Z).norm();
     Z = next;
-    if (change <= 1e-13 * Z.norm()) break;
+    if (change <= rounding * Z.norm()) break;
   }
   // sign(Z) [I; X] = -[I; X]
   Mat left(2 * n, n), right(2 * n, n);
@@ -191,7 +200,7 @@ std::optional<RiccatiSolution> first_solution(const RiccatiProblem& p) {
 /// start for Newton's method, which needs R + BᵀXB only (Hewer, IEEE Trans. Autom. Control 16, 1971).
 std::optional<RiccatiSolution> start_without_weight(const RiccatiProblem& p) {
   RiccatiProblem weighted = p;
-  const double size = std::max({p.R.norm(), p.Q.norm() * p.B.squaredNorm(), 1e-300});
+  const double size = std::max({p.R.norm(), p.Q.norm() * p.B.squaredNorm(), least_size});
   weighted.R.diagonal().array() += size;
   auto s = first_solution(weighted);
   if (!s) return {};
@@ -245,7 +254,8 @@ RiccatiSolution solution(RiccatiProblem p) {
   if (!first) no_solution(p);
   RiccatiSolution s = *first;
   refine(p, s);
-  if (!stabilises(p, s.poles) || s.residual > 1e-6) no_solution(p);
+  constexpr double poor = 1e-6;  // relative: after refine() well-posed problems reach the rounding level
+  if (!stabilises(p, s.poles) || s.residual > poor) no_solution(p);
   s.X = inverse.asDiagonal() * s.X * inverse.asDiagonal();
   s.K = s.K * inverse.asDiagonal();
   return s;
@@ -270,7 +280,8 @@ RiccatiSolution riccati(RiccatiProblem p) {
 void require_costs(const Mat& Q, const char* equation) {
   if (Q.rows() == 0 || Q.rows() != Q.cols() || !Q.allFinite()) return;  // the equation reports it
   const double least = Eigen::SelfAdjointEigenSolver<Mat>(Q, Eigen::EigenvaluesOnly).eigenvalues()[0];
-  if (least < -1e-10 * Q.norm())
+  constexpr double printed = 1e-10;  // Q may be printed with ten digits
+  if (least < -printed * Q.norm())
     throw Error(text("Q must be positive semidefinite, but it has the eigenvalue ",
                      pendula::rounded(least, 4), ": deviations would be rewarded; ", equation,
                      " solves the equation alone"));
