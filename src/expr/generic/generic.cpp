@@ -109,8 +109,11 @@ class Point {
   }
 
  private:
-  // of sums inside a sine; deeper sums are represented by one random angle
+  // of sums inside a sine; deeper sums are represented by one random angle. A bound on the stack.
   static constexpr int deepest = 200;
+  // Whole exponents and multiples of angles beyond these are hashed like unknown functions: choices, since
+  // powers modulo the prime cost only their number of bits, but identities of such powers do not occur.
+  static constexpr long largest_exponent = 1'000'000, largest_multiple = 1000;
 
   Residue drawn(Expr node) const { return {random_bits(seed_, node) % prime}; }
   /// exp(x) and the tangent of x/2 are drawn independently of x, since x - exp(x) is not 0.
@@ -167,7 +170,7 @@ class Point {
 
   Residue power_value(Expr node) {
     const mpq_class* n = exact_value(node.operand(1));
-    if (!n || n->get_den() > 2 || abs(n->get_num()) > 1'000'000) return hashed(node);
+    if (!n || n->get_den() > 2 || abs(n->get_num()) > largest_exponent) return hashed(node);
     const Residue base = values_[node.operand(0)];
     const Residue whole =
         power(n->get_den() == 1 ? base : root(base, node.operand(0)), mpz_class(abs(n->get_num())).get_ui());
@@ -178,7 +181,8 @@ class Point {
   static std::pair<long, Expr> multiple(Expr e) {
     if (e.op() == Op::mul)
       for (int i : {0, 1})
-        if (const mpq_class* q = exact_value(e.operand(i)); q && q->get_den() == 1 && abs(*q) <= 1000)
+        if (const mpq_class* q = exact_value(e.operand(i));
+            q && q->get_den() == 1 && abs(*q) <= largest_multiple)
           return {q->get_num().get_si(), e.operand(1 - i)};
     return {0, e};
   }
@@ -188,7 +192,7 @@ class Point {
   static constexpr long common_denominator = 2520;  ///< the least common multiple of 1 … 10
   static std::optional<long> multiple_of_unit(Expr e) {
     const mpq_class* q = exact_value(e);
-    if (!q || common_denominator % q->get_den() != 0 || abs(*q) > 1000) return {};
+    if (!q || common_denominator % q->get_den() != 0 || abs(*q) > largest_multiple) return {};
     return mpz_class(q->get_num() * (common_denominator / q->get_den())).get_si();
   }
 

@@ -15,7 +15,7 @@
 namespace pendula::generic {
 namespace {
 
-constexpr double unit = 1.2e-16;       // of rounding
+constexpr double unit = 1.2e-16;       // of rounding: 2⁻⁵³ = 1.11e-16, rounded up
 constexpr double solve_error = 1e-12;  // relative; small systems at points where they are not singular
 
 /// A value with a bound on its rounding error (running error analysis: Higham, Accuracy and Stability of
@@ -44,7 +44,9 @@ Real operation(Op op, const std::array<Real, 3>& x, int arity) {
   for (int i = 0; i < arity; ++i) {
     if (x[i].error == 0) continue;
     std::array<double, 3> moved = {x[0].value, x[1].value, x[2].value};
-    const double h = std::max(x[i].error, 1e-7 * std::max(std::fabs(moved[i]), 1e-3));
+    // a one-sided difference over √ε of the operand would be best; library functions err by some ε
+    constexpr double step = 1e-7, least = 1e-3;  // operands are about 1; near 0 the step is 10⁻¹⁰
+    const double h = std::max(x[i].error, step * std::max(std::fabs(moved[i]), least));
     moved[i] += h;
     const double slope = (apply(op, moved[0], moved[1], moved[2]) - value) / h;
     if (std::isfinite(slope)) error += std::fabs(slope) * x[i].error;

@@ -50,7 +50,7 @@ bool has_choice(Expr e) {
 /// weight·factor with the choice outermost: a branch that is not selected contributes 0, even if its
 /// derivative is infinite or NaN. `depth`: sums of long chains of choices are left unchanged.
 Expr scaled(Expr weight, Expr factor, const Times& times, int depth = 0) {
-  constexpr int deepest = 20;
+  constexpr int deepest = 20;  // a choice: each level copies the choices of the weight
   if (weight.is_symbol() || weight.is_constant() || depth > deepest) return times(weight, factor);
   const auto inner = [&](Expr part) {
     return part.is_zero() ? part : scaled(part, factor, times, depth + 1);
@@ -235,7 +235,8 @@ static std::vector<Entry> differentiated(std::span<const Expr> f, std::span<cons
 
 /// The last Jacobians are cached, since every call of init and integrate needs the same ones.
 std::vector<Entry> sparse_jacobian(std::span<const Expr> f, std::span<const Expr> x) {
-  constexpr std::size_t few = 10, most = 500'000;  // entries; fewer are not worth caching; total in the cache
+  constexpr std::size_t few = 10,
+                        most = 500'000;  // entries of 12 bytes: fewer are quickly made again; in all 6 MB
   static LruCache<std::vector<std::uint32_t>, std::vector<Entry>, WordsHash, Refers::by_touch> known(most);
   if (f.size() < few) return differentiated(f, x);
   std::vector<std::uint32_t> key{static_cast<std::uint32_t>(f.size())};

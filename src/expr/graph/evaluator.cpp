@@ -5,6 +5,7 @@
 #include <limits>
 #include <random>
 
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/graph/operation.hpp"
@@ -13,7 +14,7 @@
 namespace pendula {
 namespace {
 
-constexpr double unit_roundoff = std::numeric_limits<double>::epsilon() / 2;
+constexpr double unit_roundoff = eps / 2;
 
 /// The effect of an error of operand i: by the slope, or by differences if the error is not small relative to
 /// the operand (also from 0, if that is nearer, since a root has no value beyond).
@@ -129,7 +130,7 @@ double Evaluator::component(const Step& step, const std::vector<double>& values,
 /// component by a few random errors of this size.
 double Evaluator::error_of_component(const Step& step, const std::vector<double>& values,
                                      const std::vector<double>& errors, Solutions& solution_errors) const {
-  constexpr int draws = 4;
+  constexpr int draws = 4;  // a choice: each one is another solution of the system
   const Expr head = head_of(step.node);
   auto found = solution_errors.find(head);
   if (found == solution_errors.end()) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "expr/graph/angle.hpp"
@@ -12,8 +13,8 @@
 namespace pendula {
 namespace {
 
-constexpr long max_bits = 1 << 14;  // larger exact constants are continued as doubles
-constexpr long max_exponent = 4096;
+constexpr long max_bits = 1 << 14;   // 2 KB, 4900 digits; larger exact constants are continued as doubles
+constexpr long max_exponent = 4096;  // of powers, and of ten in numbers: 10⁴⁰⁹⁶ has 13607 bits
 
 bool small(const mpq_class& q) {
   return static_cast<long>(mpz_sizeinbase(q.get_num_mpz_t(), 2)) < max_bits &&
@@ -57,11 +58,10 @@ std::optional<mpq_class> exact_root(const mpq_class& q) {
   return mpq_class(sqrt(q.get_num()), sqrt(q.get_den()));
 }
 
-/// The largest s with s² | n, by factors up to 1000.
+/// The largest s with s² | n, by factors up to the bound of trial division.
 mpz_class square_part(mpz_class n) {
-  constexpr unsigned long last = 1000;
   mpz_class square = 1;
-  for (unsigned long p = 2; p <= last && n >= p * p; ++p)
+  for (unsigned long p = 2; p <= largest_trial_divisor && n >= p * p; ++p)
     while (mpz_divisible_ui_p(n.get_mpz_t(), p * p) != 0) {
       n /= p * p;
       square *= p;
@@ -71,7 +71,8 @@ mpz_class square_part(mpz_class n) {
 
 /// √8 = 2 √2, √(3/4) = √3/2; empty if no square can be extracted, or for a measured √9.81.
 std::optional<Expr> without_squares(const mpq_class& q) {
-  constexpr std::size_t longest = 64;  // bits
+  constexpr std::size_t longest =
+      64;  // bits: 19 digits; longer numbers under a root are computed, not written
   if (mpz_sizeinbase(q.get_num_mpz_t(), 2) > longest || mpz_sizeinbase(q.get_den_mpz_t(), 2) > longest ||
       mpz_divisible_ui_p(q.get_den_mpz_t(), 5) != 0)
     return {};
@@ -134,7 +135,9 @@ std::optional<Expr> fold_constants(Op op, Expr a, Expr b) {
       if (const auto angle = known_angle(op, *qa)) return angle;
     if (op == Op::sqrt)
       if (const auto root = without_squares(*qa)) return root;
-    if (keeps_exact(op) && std::fabs(value) < 1e300) return {};
+    constexpr double largest =
+        1 / least_size;  // near the end of the range the double is kept, while there is one
+    if (keeps_exact(op) && std::fabs(value) < largest) return {};
     return Expr(value);
   }
   const double value = apply(op, constant_value(a), constant_value(b), 0);
@@ -301,7 +304,7 @@ constexpr std::size_t typed_digits = 15;  // a double with more digits is taken 
 }  // namespace
 
 std::optional<mpq_class> typed_decimal(double value) {
-  constexpr int meant_digits = 10;
+  constexpr int meant_digits = 10;            // those that arithmetic on typed numbers keeps to last_places
   constexpr std::size_t decimal_digits = 12;  // of 10⁵ computed doubles six have so few digits
   constexpr double last_places = 2;
   if (!std::isfinite(value) || value == 0) return {};
@@ -314,6 +317,7 @@ std::optional<mpq_class> typed_decimal(double value) {
 }
 
 std::optional<mpq_class> simplest_rational(double value) {
+  // Two such fractions are 10⁻¹² apart, 4500 ε: hardly any computed number is one by chance.
   constexpr double max_denominator = 1e6;
   if (!std::isfinite(value)) return {};
   if (value == std::floor(value)) {

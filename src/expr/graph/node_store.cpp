@@ -163,7 +163,7 @@ void NodeStore::give_back(const std::vector<std::uint16_t>& windows) {
       free(id, n);
   });
   nodes_.give_back_unless([](const Node& n) { return n.op != Node::nothing; });
-  std::size_t room = 1 << 12;
+  std::size_t room = least_room;
   while (room < table_.size() && room < 2 * static_cast<std::size_t>(in_use_)) room *= 2;
   fill_table(room);
 }

@@ -19,6 +19,7 @@ namespace pendula {
 template <class T>
 class Arena {
  public:
+  /// A choice: chunks are made and given back as a whole; those of nodes are 16 KB.
   static constexpr std::uint32_t chunk_bits = 10, chunk = 1u << chunk_bits;
   T& operator[](std::uint32_t i) { return chunks_[i >> chunk_bits][i & (chunk - 1)]; }
   const T& operator[](std::uint32_t i) const { return chunks_[i >> chunk_bits][i & (chunk - 1)]; }
@@ -100,7 +101,8 @@ class NodeStore {
 
  private:
   static constexpr std::uint32_t none = 0xffffffffu;
-  static constexpr long most_whole = 16;
+  static constexpr long most_whole = 16;  ///< whole numbers to ±16 are found by index: exponents, factors
+  static constexpr std::size_t least_room = 1 << 12;  ///< places of an empty table, 16 KB
 
   /// Exact constants by their value: elements are nodes, and a number may be looked up.
   struct ValueHash {
@@ -131,7 +133,7 @@ class NodeStore {
   std::vector<std::uint32_t> free_constants_;  ///< places whose numbers were given back
   std::uint32_t in_use_ = 0, nodes_in_table_ = 0;
   std::uint16_t window_ = 0;
-  std::vector<std::uint32_t> table_ = std::vector<std::uint32_t>(1 << 12, none);  ///< open addressing
+  std::vector<std::uint32_t> table_ = std::vector<std::uint32_t>(least_room, none);  ///< open addressing
   std::unordered_set<std::uint32_t, ValueHash, SameValue> exact_{64, ValueHash{this}, SameValue{this}};
   std::unordered_map<std::uint64_t, Expr> inexact_;  ///< by their bits
   std::array<std::uint32_t, 2 * most_whole + 1> whole_;

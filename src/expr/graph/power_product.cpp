@@ -34,7 +34,7 @@ Factor factor_of(Expr e) {
 
 /// The factors of a product from left to right; of a very long product the rest is one factor.
 std::vector<Factor> factors_of(Expr e) {
-  constexpr std::size_t most = 100;
+  constexpr std::size_t most = 100;  // a choice: making a product must not cost the square of its length
   struct Open {
     Expr e;
     bool inverse;
@@ -93,7 +93,7 @@ std::optional<Expr> cancelled(const std::vector<Factor>& x, std::vector<Factor> 
 
 /// Σ terms·y where one of the terms cancels with y.
 std::optional<Expr> term_by_term(Expr sum, Expr y, int depth) {
-  constexpr int deepest = 20;
+  constexpr int deepest = 20;  // a choice: terms that are looked at whenever a sum is multiplied
   const bool difference = sum.op() == Op::sub;
   if ((sum.op() != Op::add && !difference) || depth > deepest) return std::nullopt;
   const Expr a = sum.operand(0), b = sum.operand(1);

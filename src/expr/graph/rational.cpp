@@ -145,11 +145,14 @@ std::vector<mpq_class> convergents(double value) {
   std::vector<mpq_class> list;
   mpz_class p0 = 1, q0 = 0, p1 = std::floor(value), q1 = 1;
   double rest = value - std::floor(value);
-  for (int step = 0; step < 40 && q1 < 1'000'000; ++step) {
+  // denominators grow at least like Fibonacci numbers, in 31 steps to 10⁶; after a rest of 10⁻¹² they are larger
+  constexpr int most = 40;
+  constexpr double none = 1e-12;
+  for (int step = 0; step < most && q1 < 1'000'000; ++step) {
     list.emplace_back(p1, q1);
     list.emplace_back(p1 + 1, q1);  // its neighbour, if rounding ended on the wrong side of an integer
     list.back().canonicalize();
-    if (rest < 1e-12) break;
+    if (rest < none) break;
     rest = 1 / rest;
     const mpz_class whole = std::floor(rest);
     rest -= std::floor(rest);

@@ -80,6 +80,7 @@ Expr TaylorSeries::operation_coefficient(Expr e, int k) {
 }
 
 bool prefers_series(Expr e, Expr before, int k) {
+  // choices: low derivatives and short expressions are wanted in the usual form
   constexpr int low = 3;
   constexpr std::size_t readable = 100;  // nodes
   if (k <= low || topological({&before, 1}).size() <= readable) return false;

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "base/decompositions.hpp"
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "base/stoppable.hpp"
 #include "base/text.hpp"
@@ -32,16 +33,19 @@ Eigen::PartialPivLU<Mat> regular_lu(const Mat& a) {
   if (a.size() == 0) return lu;
   const bool zero_pivot = (lu.matrixLU().diagonal().array() == 0).any();  // the estimate ignores it
   const double rcond = zero_pivot ? 0 : lu.rcond();
-  if (rcond > std::numeric_limits<double>::epsilon() / 4) return lu;  // NaN fails too
+  // at 1/κ = ε no digit is left; the estimate may be too small by a factor of some units. NaN fails too
+  if (rcond > eps / 4) return lu;
   const Eigen::BDCSVD<Mat> svd(a, Eigen::ComputeFullV);
   Vec v = svd.matrixV().rightCols(1);
   Eigen::Index largest = 0;
   v.cwiseAbs().maxCoeff(&largest);
   v /= v[largest];
   std::vector<std::string> shown;
-  for (Eigen::Index i = 0; i < std::min<Eigen::Index>(v.size(), 12); ++i)
-    shown.push_back(rounded(std::fabs(v[i]) < 1e-12 ? 0.0 : v[i], 5));
-  if (v.size() > 12) shown.push_back("…");
+  constexpr Eigen::Index most_shown = 12;  // a line of a terminal
+  constexpr double rounding = 1e-12;       // of the largest entry, 1: 4500 ε
+  for (Eigen::Index i = 0; i < std::min(v.size(), most_shown); ++i)
+    shown.push_back(rounded(std::fabs(v[i]) < rounding ? 0.0 : v[i], 5));
+  if (v.size() > most_shown) shown.push_back("…");
   throw Error(text("the matrix is singular to working precision: A v = 0 for v = (", join(shown, ", "), ")"));
 }
 
@@ -54,7 +58,7 @@ int rank(const Mat& a) {
   const double shorter = static_cast<double>(std::min(a.rows(), a.cols()));
   const Vec s = stoppable(40 * longer * shorter * shorter,
                           [&] { return std::vector<Mat>{Eigen::BDCSVD<Mat>(a).singularValues()}; })[0];
-  const double threshold = longer * std::numeric_limits<double>::epsilon() * s[0];
+  const double threshold = longer * eps * s[0];  // the backward error of a singular value decomposition
   return static_cast<int>((s.array() > threshold).count());
 }
 

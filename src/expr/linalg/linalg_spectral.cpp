@@ -35,7 +35,7 @@ std::vector<mpq_class> rational_eigenvalues(const MatX& a, std::vector<mpq_class
 /// √q as k √n with n free of small square factors.
 Expr square_root(const mpq_class& q) {
   mpz_class n = q.get_num() * q.get_den(), k = 1;  // √(a/b) = √(a b)/b
-  for (unsigned long p = 2; p < 1000 && mpz_class(p) * p <= n; ++p) {
+  for (unsigned long p = 2; p <= largest_trial_divisor && mpz_class(p) * p <= n; ++p) {
     while (mpz_divisible_ui_p(n.get_mpz_t(), p * p)) {
       n /= p * p;
       k *= p;
@@ -176,7 +176,7 @@ Vec characteristic(const Mat& a) {
   const Eigen::Index n = a.rows();
   Vec c = Vec::Zero(n + 1);
   c[0] = 1;
-  constexpr Eigen::Index most_exact = 40;
+  constexpr Eigen::Index most_exact = 40;  // a choice: doubles as coefficients say little beyond it
   if (n <= most_exact) {
     const auto exact =
         rational::characteristic(MatX(a.unaryExpr([](double v) { return Expr(mpq_class(v)); })));

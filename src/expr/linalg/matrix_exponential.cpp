@@ -13,6 +13,7 @@
 #include <cmath>
 
 #include "base/decompositions.hpp"
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/stoppable.hpp"
@@ -23,7 +24,7 @@ namespace pendula::linalg {
 namespace {
 
 using Eigen::Index;
-constexpr double unit = std::numeric_limits<double>::epsilon() / 2;
+constexpr double unit = eps / 2;
 
 double norm1(const Mat& m) { return m.cwiseAbs().colwise().sum().maxCoeff(); }
 
@@ -113,13 +114,15 @@ bool upper_triangular(const Mat& A) {
 /// their digits (Al-Mohy & Higham 2009, code fragment 2.1).
 void exact_diagonals(Bounded& x, const Mat& A, double t) {
   const Index n = A.rows();
+  // errors: of exponentials and of rounding their arguments; 4 and 8 units allow for three such operations
+  constexpr double no_difference = 1e-8;  // sinh x/x = 1 + x²/6: 2e-17 there
   for (Index i = 0; i < n; ++i) {
     const double a = t * A(i, i);
     x.value(i, i) = std::exp(a);
     x.error(i, i) = 4 * unit * (1 + std::fabs(a)) * x.value(i, i);
     if (i + 1 == n) continue;
     const double b = t * A(i + 1, i + 1), half = (b - a) / 2;
-    const double ratio = std::fabs(half) < 1e-8 ? 1 : std::sinh(half) / half;
+    const double ratio = std::fabs(half) < no_difference ? 1 : std::sinh(half) / half;
     const double middle = (a + b) / 2;
     double f = std::exp(middle) * ratio;
     if (!std::isfinite(f)) f = (std::exp(b) - std::exp(a)) / (b - a);
@@ -178,7 +181,8 @@ class WideExponential {
   /// Σ Aᵏ/k! until the terms are below the precision (‖A‖ ≤ 1/2), then s squarings.
   Mat operator()() {
     Wide sum = identity(), term = identity();
-    for (unsigned long k = 1; k < 4096; ++k) {
+    constexpr unsigned long most = 4096;  // a cap: 2⁻ᵏ/k! < 2⁻⁴⁰⁹⁶ from k = 480 on
+    for (unsigned long k = 1; k < most; ++k) {
       term = product(term, A_);
       bool vanishes = true;
       for (mpf_class& v : term) {
@@ -238,9 +242,10 @@ class WideExponential {
 /// Taylor's series with increasing precision until the rounding errors, 2^{s - bits} times the square of the
 /// largest intermediate result, are below 2⁻⁶⁰ of every row. Empty for matrices that are too large.
 std::optional<Mat> in_multiple_precision(const Mat& A) {
+  // choices: products of n³ long multiplications, about a hundred of them; log₂ 10⁶⁰ = 200 squarings
   constexpr Index most_states = 24;
   constexpr unsigned most_bits = 4096;
-  constexpr double most_norm = 1e60, least = 1e-300;
+  constexpr double most_norm = 1e60;
   const double size = norm1(A);
   if (A.rows() > most_states || !(size < most_norm)) return {};
   const int s = std::max(0, static_cast<int>(std::ceil(std::log2(size))) + 1);
@@ -250,7 +255,7 @@ std::optional<Mat> in_multiple_precision(const Mat& A) {
     if (!X.allFinite()) return X;
     double smallest = 0;  // log₂ of the smallest row that is not zero
     for (const double row : X.cwiseAbs().rowwise().maxCoeff())
-      if (row > least) smallest = std::min(smallest, std::log2(row));
+      if (row > least_size) smallest = std::min(smallest, std::log2(row));
     if (s - static_cast<double>(bits) + 2 * wide.growth() < smallest - 60) return X;
   }
   return {};
@@ -306,7 +311,9 @@ class Balance {
   }
 
   void sweep() {
-    constexpr int most_sweeps = 100;
+    constexpr int most_sweeps =
+        100;  // a cap: every scaling lowers the norm by 5 % of a row and column at least
+    constexpr double worthwhile = 0.95;  // as in LAPACK's dgebal
     bool changed = true;
     for (int k = 0; k < most_sweeps && changed; ++k) {
       changed = false;
@@ -315,7 +322,7 @@ class Balance {
         const double c = column(i), r = row(i);
         const int power = static_cast<int>(std::lround(0.5 * std::log2(r / c)));
         const double f = std::ldexp(1.0, power);
-        if (power == 0 || c * f + r / f >= 0.95 * (c + r)) continue;
+        if (power == 0 || c * f + r / f >= worthwhile * (c + r)) continue;
         rescale(i, power);
         changed = true;
       }
@@ -324,7 +331,8 @@ class Balance {
 
   /// Scales the entries of the removed states to the size of the others.
   void scale_ends(double usual) {
-    constexpr int most_binary = 400;
+    constexpr int most_binary =
+        400;  // 2⁴⁰⁰ = 10¹²⁰: products of two such scales are within the range of doubles
     for (auto end = ends_.rbegin(); end != ends_.rend(); ++end) {
       const double c = column(*end), r = row(*end);
       kept_[*end] = 1;

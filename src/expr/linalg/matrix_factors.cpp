@@ -100,10 +100,11 @@ TriangularFactors::TriangularFactors(const Mat& A)
 }
 
 Mat cholesky_factor(const Mat& A) {
+  constexpr double rounding = 1e-12;  // of the largest entry: 4500 ε
   const double size = A.cwiseAbs().maxCoeff();
   for (Eigen::Index j = 0; j < A.cols(); ++j)
     for (Eigen::Index i = j + 1; i < A.rows(); ++i)
-      if (std::fabs(A(i, j) - A(j, i)) > 1e-12 * size)
+      if (std::fabs(A(i, j) - A(j, i)) > rounding * size)
         throw Error(text("A must be symmetric, but A(", i + 1, ", ", j + 1, ") = ", rounded(A(i, j)),
                          " and A(", j + 1, ", ", i + 1, ") = ", rounded(A(j, i)),
                          "; its symmetric part is (A + A.T)/2"));
@@ -122,7 +123,7 @@ Mat cholesky_factor(const Mat& A) {
 }
 
 MatX kronecker_product(const MatX& A, const MatX& B) {
-  constexpr Eigen::Index most = 1'000'000;
+  constexpr Eigen::Index most = 1'000'000;  // entries: 16 MB of new expressions if all differ
   if (A.size() > 0 && B.size() > most / A.size())
     throw Error(text("kron(A, B) would have ", A.size(), "·", B.size(), " entries"));
   MatX C(A.rows() * B.rows(), A.cols() * B.cols());

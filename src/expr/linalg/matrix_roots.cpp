@@ -70,8 +70,8 @@ ComplexMat log_near_identity(const ComplexMat& X) {
 }
 
 ComplexMat triangular_log(const ComplexMat& T) {
-  constexpr int most_roots = 100;
-  constexpr double near = 0.25;
+  constexpr int most_roots = 100;  // a cap: the logarithm halves each time, and ln of a double is below 710
+  constexpr double near = 0.25;    // see log_near_identity()
   const Index n = T.rows();
   const ComplexMat I = ComplexMat::Identity(n, n);
   ComplexMat R = T;
@@ -90,11 +90,12 @@ ComplexMat triangular_log(const ComplexMat& T) {
 /// Throws an error that names an eigenvalue on the closed negative real axis. `what`:
 /// "logarithm", "square root".
 void require_principal(const Eigen::VectorXcd& eigenvalues, const Mat& a, const char* what, bool zero) {
-  const double tiny = 1e-14 * a.norm();
+  const double tiny = 1e-14 * a.norm();  // 45 ε: an eigenvalue that is 0 but for rounding
+  constexpr double real = 1e-10;         // of |z|: computed simple eigenvalues on the axis err by less
   for (const Complex z : eigenvalues) {
     if (std::abs(z) <= tiny && !zero)
       throw Error(text("the matrix has the eigenvalue 0 and therefore no ", what));
-    if (z.real() < 0 && std::abs(z) > tiny && std::fabs(z.imag()) <= 1e-10 * std::abs(z))
+    if (z.real() < 0 && std::abs(z) > tiny && std::fabs(z.imag()) <= real * std::abs(z))
       throw Error(text("the matrix has the eigenvalue ", rounded(z.real(), 6),
                        " on the negative real axis: it has no real principal ", what));
   }

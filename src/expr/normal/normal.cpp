@@ -6,10 +6,10 @@
 namespace pendula {
 namespace {
 
-constexpr long power_limit = 64;         // (2x)^n is written 2^n x^n up to this n
-constexpr long simple_denominator = 20;  // a reader does not take 9.81 as a multiple of 1/100
+constexpr long power_limit = 64;  // (2x)^n is written 2^n x^n up to this n: 2⁶⁴ has 20 digits
 
-constexpr unsigned long small_squares[] = {4, 9, 25, 49};
+constexpr unsigned long small_squares[] = {4, 9, 25,
+                                           49};  // of primes: the root of their multiples is not reduced
 
 std::size_t combine(std::size_t seed, std::size_t value) {
   return seed ^ (value + 0x9e3779b97f4a7c15ull + (seed << 6) + (seed >> 2));
@@ -99,7 +99,7 @@ void Traits::include(const Traits& part) {
   order = std::max(order, part.order);
   level = std::max(level, part.level);
   depth = std::max(depth, part.depth);
-  tokens = std::min(tokens + part.tokens, 1e300);
+  tokens = std::min(tokens + part.tokens, 1e300);  // shared parts count each time: stays finite
 }
 
 void NormalForms::collect(Term& term) const {
@@ -250,7 +250,7 @@ Number NormalForms::take_content(Sum& terms) const {
 
 /// Replaces ±(a + b) by its terms; extraction of 1/2 from x + (a + b)/2 leaves such a sum.
 static Sum flattened(const NormalForms& forms, Sum terms) {
-  constexpr std::size_t most = 64;
+  constexpr std::size_t most = 64;  // terms: a choice, longer sums are not copied
   Sum flat;
   for (Term& t : terms) {
     const bool unit = t.coefficient.is(1) || t.coefficient.is(-1);

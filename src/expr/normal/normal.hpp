@@ -21,8 +21,12 @@
 
 namespace pendula {
 
-inline constexpr double copy_limit = 4e6;         ///< terms that one session may copy out of shared sums
-inline constexpr std::size_t weight_bits = 4096;  ///< longer coefficients and exponents keep their node whole
+/// Terms that one session may copy out of shared sums, which may have 2ⁿ of them; 4·10⁶ are some 0.4 GB.
+inline constexpr double copy_limit = 4e6;
+/// Longer coefficients and exponents keep their node whole: n times doubled, x + x has the coefficient 2ⁿ.
+inline constexpr std::size_t weight_bits = 4096;
+/// The largest denominator that a reader takes for one: 9.81 is not read as 981/100, and √9.81 is kept.
+inline constexpr long simple_denominator = 20;
 
 /// A rational, or a double where only that is known. Doubles
 /// are read as simple rationals like everywhere (graph.hpp).

@@ -9,7 +9,7 @@
 namespace pendula {
 namespace {
 
-/// The n of x^n if it is an integer of moderate size.
+/// The n of x^n if it is an integer of at most 10⁶: sums of nested exponents then stay within a long.
 std::optional<long> whole_exponent(Expr power) {
   const mpq_class* n = exact_value(power.operand(1));
   if (!n || n->get_den() != 1 || !n->get_num().fits_slong_p() || abs(*n) > 1'000'000) return {};

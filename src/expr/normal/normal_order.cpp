@@ -9,6 +9,8 @@
 namespace pendula {
 namespace {
 
+// Choices: readers see no order in deeper or longer sums.
+constexpr std::size_t compared_terms = 64;
 constexpr int compared_depth = 60;  // deeper differences are decided by the order of creation of the forms
 
 template <class T>
@@ -71,7 +73,7 @@ int NormalForms::compare_sums(SumId s, SumId t, int depth) const {
   poll_interrupt();  // sorting hundreds of thousands of deeply nested factors takes minutes
   if (s == t) return 0;
   if (sum(s).size() != sum(t).size()) return three_way(sum(s).size(), sum(t).size());
-  if (sum(s).size() > 64) return three_way(s, t);
+  if (sum(s).size() > compared_terms) return three_way(s, t);
   const std::vector<std::uint32_t>&order_s = order_of(s), &order_t = order_of(t);
   for (std::size_t i = 0; i < order_s.size(); ++i) {
     const Term &a = sum(s)[order_s[i]], &b = sum(t)[order_t[i]];
@@ -240,7 +242,8 @@ Expr NormalForms::build_term(const Term& term, bool turned) const {
   }
   const Number& c = term.coefficient;
   const Number size = c.sign() < 0 ? -c : c;
-  const bool fraction = size.exact() && size.rational().get_den() != 1 && size.rational().get_den() <= 20;
+  const bool fraction =
+      size.exact() && size.rational().get_den() != 1 && size.rational().get_den() <= simple_denominator;
   if (fraction) {
     above = times(Expr(mpq_class(size.rational().get_num())), above);
     below = times(Expr(mpq_class(size.rational().get_den())), below);

@@ -191,7 +191,8 @@ class Conversion {
       }
       if (f.exponent < 0) std::swap(base.above, base.below);
       if (base.below.is_zero()) throw Unsuitable();  // undefined everywhere
-      if (base.above.size() > 1 && n > 12) throw Unsuitable();
+      constexpr unsigned long most = 12;             // a choice: (a + b + c)¹² has 91 terms
+      if (base.above.size() > 1 && n > most) throw Unsuitable();
       product.above = product.above * base.above.power(n);
       product.below = product.below * base.below.power(n);
       check(product);

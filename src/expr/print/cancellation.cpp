@@ -5,12 +5,15 @@
 
 #include <gmpxx.h>
 
+#include "base/epsilon.hpp"
 #include "expr/graph/derivative.hpp"
 
 namespace pendula {
 namespace {
 
 using Real = mpf_class;
+// Squaring back costs 52 bits for |x| = 10⁴, two each time; a sum of which 200 bits cancel (see below) has 68
+// left, more than a double.
 constexpr mp_bitcnt_t bits = 320;
 constexpr double largest_argument = 1e4;  // of exp, sin and cos; beyond, results are infinite or unknown
 
@@ -18,7 +21,9 @@ struct Pair {
   Real cos, sin;
 };
 
-int halvings(const Real& x) { return std::max(0, 12 + std::ilogb(1e-300 + std::fabs(x.get_d()))); }
+/// So many that |x|/2ⁿ < 2⁻¹¹: the remainder of Taylor's series after 39 terms is then 2⁻⁴⁴⁰/40! < 2⁻⁵⁹⁰.
+int halvings(const Real& x) { return std::max(0, 12 + std::ilogb(least_size + std::fabs(x.get_d()))); }
+constexpr unsigned long taylor_terms = 40;
 
 Real halved(const Real& x, int times) {
   Real r(x, bits);
@@ -31,7 +36,7 @@ Real exponential(const Real& x) {
   const int n = halvings(x);
   const Real r = halved(x, n);
   Real sum(1, bits), term(1, bits);
-  for (unsigned long k = 1; k < 40; ++k) sum += term = Real(term * r, bits) / k;
+  for (unsigned long k = 1; k < taylor_terms; ++k) sum += term = Real(term * r, bits) / k;
   for (int k = 0; k < n; ++k) sum *= sum;
   return sum;
 }
@@ -41,7 +46,7 @@ Pair cosine_and_sine(const Real& x) {
   const Real r = halved(x, n);
   Pair p{Real(1, bits), Real(0, bits)};
   Real term(1, bits);
-  for (unsigned long k = 1; k < 40; ++k) {
+  for (unsigned long k = 1; k < taylor_terms; ++k) {
     term = Real(term * r, bits) / k;
     Real& to = k % 2 == 0 ? p.cos : p.sin;
     if (k / 2 % 2 == 0)
@@ -56,7 +61,8 @@ Pair cosine_and_sine(const Real& x) {
 /// Newton's method for e^y = x.
 Real logarithm(const Real& x) {
   Real y(std::log(x.get_d()), bits);
-  for (int k = 0; k < 4; ++k) y += Real(x * exponential(Real(-y, bits)), bits) - 1;
+  constexpr int steps = 4;  // 52 digits of the double, then 104, 208, 416: three suffice
+  for (int k = 0; k < steps; ++k) y += Real(x * exponential(Real(-y, bits)), bits) - 1;
   return y;
 }
 
@@ -119,7 +125,7 @@ class Values {
   }
   static std::optional<Real> logarithm_of(const Real& a) {
     const double size = a.get_d();
-    return size > 1e-300 && size < 1e300 ? std::optional(logarithm(a)) : std::nullopt;
+    return size > least_size && size < 1 / least_size ? std::optional(logarithm(a)) : std::nullopt;
   }
 
   static std::optional<Real> of_two(Op op, const Real& a, const Real& b) {
@@ -127,7 +133,8 @@ class Values {
     if (op == Op::sub) return Real(a - b, bits);
     if (op == Op::mul) return Real(a * b, bits);
     if (op == Op::div) return b == 0 ? std::nullopt : std::optional(Real(a / b, bits));
-    if (b == floor(b) && abs(b) <= 1000) {
+    constexpr int most = 1000;  // factors: a choice
+    if (b == floor(b) && abs(b) <= most) {
       Real power(1, bits);
       for (long k = std::labs(b.get_si()); k > 0; --k) power *= a;
       if (b >= 0) return power;
@@ -155,10 +162,11 @@ std::optional<double> value_without_cancellation(Expr e,
   const std::vector<double> doubles = evaluate(nodes, leaf_values);
   std::unordered_map<Expr, double> size;
   for (std::size_t k = 0; k < nodes.size(); ++k) size[nodes[k]] = std::fabs(doubles[k]);
+  constexpr double two_digits = 1e-2;  // more than that of 16 are missed by a reader of ten
   const auto loses = [&](Expr node) {
-    if (node.op() == Op::log) return size[node] < 1e-2;  // of 1 + a small number
+    if (node.op() == Op::log) return size[node] < two_digits;  // of 1 + a small number
     if (node.op() != Op::add && node.op() != Op::sub) return false;
-    return size[node] < 1e-2 * std::max(size[node.operand(0)], size[node.operand(1)]);
+    return size[node] < two_digits * std::max(size[node.operand(0)], size[node.operand(1)]);
   };
   if (std::none_of(nodes.begin(), nodes.end(), loses)) return {};
   Values values(leaf_values);

@@ -11,7 +11,7 @@
 namespace pendula {
 namespace {
 
-constexpr int deepest_inline = 40;
+constexpr int deepest_inline = 40;      // Lua's compiler accepts 200 levels of nesting (LUAI_MAXCCALLS)
 constexpr double longest_inline = 100;  // nodes; longer expressions use a table
 
 enum Strength { sums = 1, products = 2, signs = 3, powers = 4, whole = 5 };  // Lua's precedence, ascending
@@ -30,7 +30,8 @@ Snippet constant_code(Expr e, bool exact) {
   if (!q) return {shortest(constant_value(e)), constant_value(e) < 0 ? signs : whole};
   const double d = constant_value(e);
   const std::string plain = q->get_den() == 1 && q->get_num().fits_slong_p() ? q->get_str() : shortest(d);
-  const bool safe = plain.size() <= 15 && Expr(std::strtod(plain.c_str(), nullptr)) == e;
+  const bool safe = plain.size() <= 15 &&  // digits that every double keeps
+                    Expr(std::strtod(plain.c_str(), nullptr)) == e;
   if (exact || !safe) return {"rational(" + quoted(q->get_str()) + ")"};
   return {plain, *q < 0 ? signs : whole};
 }
@@ -79,7 +80,7 @@ class CodeWriter {
     for (Expr node : nodes_) {
       double n = 1;
       for (Expr operand : node.operands()) {
-        n = std::min(n + size[operand], 1e300);
+        n = std::min(n + size[operand], 1e300);  // stays finite
         ++uses_[operand];
       }
       size[node] = n;

@@ -66,7 +66,8 @@ std::string bmatrix(const std::vector<std::vector<std::string>>& cells) {
     return row.find("\\frac") != std::string::npos;
   });
   const std::string body = join(rows, tall ? " \\\\[1ex] " : " \\\\ ");
-  if (!cells.empty() && cells[0].size() > 10)
+  constexpr std::size_t most_columns = 10;  // MaxMatrixCols
+  if (!cells.empty() && cells[0].size() > most_columns)
     return "\\left[\\begin{array}{" + std::string(cells[0].size(), 'c') + "} " + body +
            " \\end{array}\\right]";
   if (width_of(cells) > line_width)

@@ -15,7 +15,10 @@ namespace {
 
 thread_local NumberStyle number_style = NumberStyle::mixed;
 
+// Choices, in digits: longer exact numbers are printed as decimal numbers of ten digits.
 constexpr std::size_t longest_fraction = 24, longest_integer = 40;
+constexpr int longest_decimal = 12;
+constexpr int most_places = 6;  // 0.000001; smaller numbers are read more easily with an exponent
 
 bool all_digits(const std::string& s) {
   return !s.empty() && s.find_first_not_of("0123456789") == std::string::npos;
@@ -32,15 +35,15 @@ struct Tens {
   bool finite;
 };
 
-/// q as a decimal if it has a finite one of at most 12 digits.
+/// q as a decimal if it has a finite one that is not too long.
 std::string decimal(const mpq_class& q) {
   const Tens tens(q.get_den());
   const int places = std::max(tens.twos, tens.fives);
-  if (!tens.finite || places > 12) return "";
+  if (!tens.finite || places > longest_decimal) return "";
   mpz_class scale;
   mpz_ui_pow_ui(scale.get_mpz_t(), 10, static_cast<unsigned long>(places));
   std::string digits = mpz_class(q.get_num() * scale / q.get_den()).get_str();
-  if (digits.size() > 12) return "";
+  if (digits.size() > longest_decimal) return "";
   if (static_cast<int>(digits.size()) <= places)
     digits.insert(0, static_cast<std::size_t>(places) + 1 - digits.size(), '0');
   return digits.insert(digits.size() - static_cast<std::size_t>(places), ".");
@@ -60,15 +63,15 @@ std::string ten_digits(const Number& n) {
 /// A decimal number with more than six places, such as 3e-9, which is written with an exponent.
 bool is_long_decimal(const mpq_class& q) {
   const Tens tens(q.get_den());
-  return tens.finite && (tens.fives > 6 || (tens.fives > 0 && tens.twos > 6));
+  return tens.finite && (tens.fives > most_places || (tens.fives > 0 && tens.twos > most_places));
 }
 
 std::string pretty_name(const std::string& name) {
   const SplitName s = split_name(name);
   const std::string letter = greek_letter(s.head), head = letter.empty() ? s.head : letter;
   if (s.below.empty()) return head;
-  if (all_digits(s.below) && s.below.size() < 10) return head + subscript(std::stol(s.below));
-  const std::string below = greek_letter(s.below);
+  if (all_digits(s.below) && s.below.size() < 10)  // fits a long return head + subscript(std::stol(s.below));
+    const std::string below = greek_letter(s.below);
   return head + "_" + (below.empty() ? s.below : below);
 }
 
@@ -223,7 +226,7 @@ NumberText number_text(const Number& magnitude) {
   if (!five && q.get_den() <= readable && above.size() <= longest_integer &&
       number_style != NumberStyle::decimals)
     return {above, q.get_den().get_str()};
-  if (q.get_den() > 20 || number_style == NumberStyle::decimals ||
+  if (q.get_den() > simple_denominator || number_style == NumberStyle::decimals ||
       (five && number_style == NumberStyle::mixed))
     if (const std::string d = decimal(q); !d.empty()) return {d, ""};
   const std::string below = q.get_den().get_str();
@@ -232,9 +235,8 @@ NumberText number_text(const Number& magnitude) {
 }
 
 NumberText coefficient_text(const Number& magnitude) {
-  constexpr long readable = 20;
   const bool divides = magnitude.exact() && magnitude.rational().get_num() == 1 &&
-                       magnitude.rational().get_den() <= readable && !magnitude.is(1);
+                       magnitude.rational().get_den() <= simple_denominator && !magnitude.is(1);
   return divides ? NumberText{"1", magnitude.rational().get_den().get_str()} : number_text(magnitude);
 }
 
@@ -245,7 +247,7 @@ struct NumbersOfForms {
   bool all_finite = true, some_five = false, only_numbers = true;
 
   void visit(const NormalForms& forms, SumId sum, int depth = 0) {
-    constexpr int deepest = 100;
+    constexpr int deepest = 100;  // bounds the stack; the printer elides deeper parts
     if (depth > deepest || !seen_.insert(sum).second) return;
     for (const Term& t : forms.sum(sum)) {
       note(t.coefficient);
@@ -261,7 +263,7 @@ struct NumbersOfForms {
   /// Is a coefficient exact? 2 π/5 is an angle, and 2 √5 x/5 contains an exact root; 0.314 π is
   /// a measured number.
   static bool is_exact(const NormalForms& forms, const Term& t) {
-    constexpr long most_below = 60;
+    constexpr long most_below = 60;  // π/60 = 3°: finer angles are seldom written as fractions of π
     const bool root = std::any_of(t.factors.begin(), t.factors.end(), [&](const Factor& f) {
       return f.exponent.get_den() != 1 && forms.atom(f.atom).traits.level < 0;
     });

@@ -98,7 +98,8 @@ std::optional<Lift> VectorFinder::lift(AtomId id, int size, int index) {
   for (const Component& c : components_of(id))
     if (c.size == size && c.index == index) return Lift{{Term{1, {}}, c}};
   const Atom& a = forms_.atom(id);
-  if (a.kind != AtomKind::sum || forms_.sum(a.args[0]).size() > 64) return {};
+  constexpr std::size_t most = 64;  // a choice: sums of so many vectors have no name that a reader would see
+  if (a.kind != AtomKind::sum || forms_.sum(a.args[0]).size() > most) return {};
   Lift combination;
   for (const Term& t : forms_.ordered_terms(a.args[0])) {
     std::optional<std::size_t> carrier;

@@ -56,11 +56,13 @@ Expr divided(Expr fraction) {
 }  // namespace
 
 Expr one_fraction(Expr e) {
-  constexpr double longest = 400;
+  constexpr double longest =
+      400;  // operations: a choice; factors of larger expressions take longer than printing
   if (!is_short(e, longest) || !is_nested(e)) return e;
   try {
     const Expr fraction = divided(simplify(factored(e)));
     const int before = display_width(to_text(e)), after = display_width(to_text(fraction));
+    // a quotient in quotients is worth one that is half as long again
     const bool longer = is_sum(e) ? after > before : 2 * after > 3 * before + 40;
     return longer || is_nested(fraction) ? e : fraction;
   } catch (const Error&) {  // doubles, or no FLINT: e is unchanged

@@ -9,16 +9,15 @@
 namespace pendula {
 namespace {
 
-constexpr std::size_t most_related_terms = 12;
+constexpr std::size_t most_related_terms = 12;  // a choice: pairs of angles in longer sums are seldom related
 
-/// The primes of a positive rational with their exponents; a remainder without factors below 1000 counts
-/// as a prime.
+/// The primes of a positive rational with their exponents; a remainder without small factors counts as a
+/// prime.
 std::map<mpz_class, long> primes_of(const mpq_class& q) {
-  constexpr unsigned long largest = 1000;
   std::map<mpz_class, long> primes;
   for (mpz_class n : {q.get_num(), q.get_den()}) {
     const long step = n == q.get_num() ? 1 : -1;
-    for (unsigned long p = 2; p <= largest && n > 1; ++p)
+    for (unsigned long p = 2; p <= largest_trial_divisor && n > 1; ++p)
       for (; mpz_divisible_ui_p(n.get_mpz_t(), p); n /= p) primes[mpz_class(p)] += step;
     if (n > 1) primes[n] += step;
   }

@@ -31,7 +31,8 @@ std::optional<std::vector<Expr>> bases_of(const std::vector<Expr>& nodes) {
 }  // namespace
 
 std::optional<Pattern> pattern_of(Expr e) {
-  constexpr std::size_t fewest = 6, most = 400;
+  constexpr std::size_t fewest = 6,
+                        most = 400;  // choices: smaller ones are simplified as fast as they are compared
   constexpr std::uint32_t variable = 1'000'000, other = 1'000'001;  // not among the operations
   const std::vector<Expr> nodes = topological({&e, 1});
   if (nodes.size() < fewest || nodes.size() > most) return std::nullopt;

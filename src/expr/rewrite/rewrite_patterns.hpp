@@ -34,7 +34,7 @@ class RewrittenPatterns {
     Expr leaf;                 ///< of constants, parameters …
     std::uint32_t operand[3];  ///< earlier nodes; of a variable: its number and the order of its derivative
   };
-  static constexpr std::size_t most_ = 20'000;  ///< patterns
+  static constexpr std::size_t most_ = 20'000;  ///< patterns: 100 MB if each has 200 nodes
   LruCache<std::vector<std::uint32_t>, std::vector<Node>, WordsHash, Refers::by_touch> known_{most_};
 };
 

@@ -252,9 +252,8 @@ bool rationalise(Simplifier& s, Term& term) {
 
 /// The largest k with k² | n, by trial division; n is replaced by n/k².
 mpz_class square_part(mpz_class& n) {
-  constexpr unsigned long largest = 1000;
   mpz_class root = 1;
-  for (unsigned long p = 2; p <= largest && p * p <= n; ++p)
+  for (unsigned long p = 2; p <= largest_trial_divisor && p * p <= n; ++p)
     while (mpz_divisible_ui_p(n.get_mpz_t(), p * p)) {
       n /= p * p;
       root *= p;

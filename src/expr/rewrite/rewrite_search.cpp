@@ -9,7 +9,8 @@
 namespace pendula {
 namespace {
 
-// longer sums are collected, but not searched for common factors
+// Choices that bound the work of a sum; longer sums are collected, but not searched for common factors. The
+// steps of all searches of one simplify together are at most work_limit.
 constexpr std::size_t searched_terms = 200;
 constexpr std::size_t multiplied_terms = 500;  // per product
 constexpr std::size_t multiplied_products = 12;
@@ -190,6 +191,7 @@ void Simplifier::grouped(SumId s, std::vector<SumId>& candidates) {
 /// One quotient of coprime polynomials in factors over ℚ: 1/(x - 1) - 1/(x + 1) = 2/((x - 1) (x + 1)), and x²
 /// + 2 x y + y² = (x + y)². Empty if it is unlikely to be shorter or too expensive.
 std::optional<SumId> Simplifier::in_factors(SumId s) {
+  // choices: FLINT needs milliseconds, and longer sums seldom become shorter
   constexpr std::size_t fewest = 2, most = 12;
   constexpr double longest = 120;  // tokens
   const Sum& terms = sum(s);
@@ -237,7 +239,7 @@ static std::optional<SumId> nested_root(Simplifier& s, const Sum& terms) {
 }
 
 std::optional<SumId> Simplifier::perfect_power(SumId base, const mpq_class& exponent) {
-  constexpr std::size_t fewest = 3, most = 6;
+  constexpr std::size_t fewest = 3, most = 6;  // terms of squares and cubes of sums of two, squares of three
   const Sum& terms = sum(base);
   if (terms.size() == 2 && exponent == mpq_class(1, 2))
     if (const auto roots = nested_root(*this, terms)) return roots;

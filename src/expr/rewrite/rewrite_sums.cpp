@@ -8,8 +8,8 @@
 namespace pendula {
 namespace {
 
-constexpr int most_passes = 40;
-constexpr std::size_t most_summands = 2000;
+constexpr int most_passes = 40;              // a cap: each pass makes the sum shorter
+constexpr std::size_t most_summands = 2000;  // a choice: some rules look at pairs of terms
 
 using Index = std::size_t;
 constexpr Index nowhere = OrderedTerms::nowhere;
@@ -238,7 +238,7 @@ SumId Simplifier::by_sum_rules(SumId id) {
 /// is multiplied out.
 std::optional<SumId> Simplifier::over_common_denominator(SumId s) {
   const std::vector<Term> terms = ordered_terms(s);
-  constexpr std::size_t most = 12;
+  constexpr std::size_t most = 12;  // terms: a choice, as the numerator is multiplied out
   if (terms.size() < 2 || terms.size() > most) return {};
   for (const Term& t : terms)
     for (const Factor& f : t.factors) {

@@ -12,7 +12,8 @@ Substitution vanishing_parts(std::span<const Expr> expressions,
   for (const auto& [p, value] : values) {
     const double v = evaluate({&value, 1}, {})[0];
     here[p] = v;
-    moved[p] = exact_value(value) ? v : v * (1 + 4e-16);
+    constexpr double last_places = 4e-16;  // the next double but one: 1.8 ε
+    moved[p] = exact_value(value) ? v : v * (1 + last_places);
   }
   std::unordered_map<Expr, char> known;
   std::vector<Expr> parts;
@@ -29,6 +30,7 @@ Substitution vanishing_parts(std::span<const Expr> expressions,
   const auto at = evaluate(parts, here), near = evaluate(parts, moved);
   Substitution zero;
   for (std::size_t k = 0; k < parts.size(); ++k)
+    // rounding inside of the part, beside that of its parameters: a factor of ten is a choice
     if (std::fabs(at[k]) <= 10 * std::fabs(at[k] - near[k])) zero[parts[k]] = Expr(0);
   return zero;
 }
