@@ -145,7 +145,7 @@ std::vector<mpq_class> convergents(double value) {
   std::vector<mpq_class> list;
   mpz_class p0 = 1, q0 = 0, p1 = std::floor(value), q1 = 1;
   double rest = value - std::floor(value);
-  // denominators grow at least like Fibonacci numbers, in 31 steps to 10⁶; after a rest of 10⁻¹² they are larger
+  // denominators grow at least like Fibonacci numbers, in 31 steps to 10⁶; a rest of 10⁻¹² leads beyond that
   constexpr int most = 40;
   constexpr double none = 1e-12;
   for (int step = 0; step < most && q1 < 1'000'000; ++step) {
