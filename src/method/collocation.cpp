@@ -13,7 +13,7 @@
 namespace pendula::integrate {
 namespace {
 
-constexpr long most_collocated = 100;
+constexpr long most_collocated = 100;  // a choice: more stages than doubles can use at any tolerance
 
 /// aᵢⱼ = ∫₀^τᵢ ℓⱼ and bⱼ = ∫₀¹ ℓⱼ for Number = Surd (exact) or Real. The coefficients of ℓⱼ grow like 6^s and
 /// cancel again, so that Real needs 3 s additional bits.
@@ -196,6 +196,8 @@ Tableau precise_tableau(TableauData data, const RealVector& nodes, Family family
   return Tableau(std::move(data), std::move(rk));
 }
 
+/// 3 bits per stage cancel in the coefficients of Lagrange's polynomials (see above); 16 are a choice that
+/// allows for conditions on powers of the nodes. 256 remain.
 mp_bitcnt_t digits_for(std::size_t stages) { return 256 + 16 * stages; }
 
 /// The zeros of the Jacobi polynomial P_n^(α,β), (α, β) = (0, 0), (1, 0) or (1, 1), in (-1, 1) to double
@@ -242,7 +244,8 @@ struct Legendre {
 template <class Quotient>
 Real refine(int s, double start, mp_bitcnt_t bits, const Quotient& quotient) {
   Real x(start, bits);
-  for (int iteration = 0; iteration < 30; ++iteration) {
+  constexpr int most = 30;  // a cap: from 50 bits the 1856 of a hundred stages take six steps
+  for (int iteration = 0; iteration < most; ++iteration) {
     const Real step = quotient(Legendre(s, x), x);
     x -= step;
     if (abs(step) <= Real(Real(1, bits) >> (bits - 16))) break;
@@ -335,7 +338,8 @@ Tableau collocation(std::span<const Expr> nodes) {
   TableauData data;
   data.name = "collocation";
   data.cite = "Hairer, Nørsett & Wanner, Solving ODEs I, 2nd ed., §II.7";
-  if (exact.size() == values.size() && one_field(exact) && exact.size() <= 20)
+  constexpr std::size_t most_exact = 20;  // a choice: fractions of longer tableaus are unreadable and slow
+  if (exact.size() == values.size() && one_field(exact) && exact.size() <= most_exact)
     return exact_tableau(std::move(data), exact, Family::collocation);
   // however the nodes were rounded, the method is the collocation at these nodes to all digits
   return precise_tableau(std::move(data), values, Family::collocation, bits, std::ldexp(1.0, -128));

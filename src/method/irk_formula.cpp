@@ -9,6 +9,9 @@
 
 namespace pendula::integrate {
 
+/// |Im λ|/|λ| of a real eigenvalue: 10¹⁰ times the ε of long double, for condition numbers as large.
+static constexpr long double real_eigenvalue = 1e-9L;
+
 using LongMat = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
 using LongVec = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
 
@@ -41,13 +44,14 @@ IrkFormula::IrkFormula(TableauPtr rk)
   has_real = false;
   int filled = 0;
   for (int k = 0; k < s; ++k)
-    if (std::fabs(eigen.eigenvalues()[k].imag()) < 1e-9L * std::abs(eigen.eigenvalues()[k]) && !has_real) {
+    if (std::fabs(eigen.eigenvalues()[k].imag()) < real_eigenvalue * std::abs(eigen.eigenvalues()[k]) &&
+        !has_real) {
       has_real = true;
       gamma = static_cast<double>(eigen.eigenvalues()[k].real());
       basis.col(filled++) = scaled(k).real();
     }
   for (int k = 0; k < s; ++k) {
-    if (!(eigen.eigenvalues()[k].imag() > 1e-9L * std::abs(eigen.eigenvalues()[k]))) continue;
+    if (!(eigen.eigenvalues()[k].imag() > real_eigenvalue * std::abs(eigen.eigenvalues()[k]))) continue;
     pairs.emplace_back(static_cast<double>(eigen.eigenvalues()[k].real()),
                        static_cast<double>(eigen.eigenvalues()[k].imag()));
     basis.col(filled++) = scaled(k).real();

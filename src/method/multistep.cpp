@@ -117,6 +117,7 @@ bool Multistep::is_zero_stable() const {
     if (std::abs(roots[i]) < 1 - rounding) continue;
     if (std::abs(roots[i] - 1.0) < rounding) return false;  // ζ = 1 twice
     for (std::size_t j = 0; j < i; ++j)
+      // the two halves of a double zero lie on opposite sides of it, and a triple one errs by more
       if (std::abs(roots[i] - roots[j]) < 10 * rounding) return false;
   }
   return true;
@@ -139,7 +140,10 @@ double Multistep::largest_root(Complex z) const {
   return roots.empty() ? 0 : std::abs(roots[0]);
 }
 
-bool Multistep::is_stable_at(Complex z) const { return largest_root(z) <= 1 + 1e-12; }
+bool Multistep::is_stable_at(Complex z) const {
+  constexpr double rounding = 1e-12;  // of a simple zero of modulus 1: 4500 ε
+  return largest_root(z) <= 1 + rounding;
+}
 
 bool Multistep::is_stable_at_infinity() const {
   const std::vector<Complex> roots = zeros(doubles(beta_));
@@ -149,13 +153,15 @@ bool Multistep::is_stable_at_infinity() const {
 // The sector touches the boundary locus: finds the smallest angle to the negative axis of locus points with
 // Re z < 0, on a grid refined by golden section.
 double Multistep::alpha_degrees() const {
-  constexpr int samples = 20000;
+  constexpr int samples = 20000;       // 0.009° apart: narrower dips of the locus would be overlooked
+  constexpr double near_zero = -1e-3;  // z of small steps: A(α)-stable methods are stable there
+  constexpr double rounding = 1e-12;   // of points of the locus: 4500 ε
   constexpr double pi = std::numbers::pi;
-  if (!is_zero_stable() || !is_stable_at_infinity() || !is_stable_at(-1e-3)) return 0;
+  if (!is_zero_stable() || !is_stable_at_infinity() || !is_stable_at(near_zero)) return 0;
   const auto angle = [&](double phi) {
     const Complex z = locus(phi);
     // Near ζ = 1 the locus follows the imaginary axis to order p; deviations there are rounding errors.
-    return z.real() < -1e-12 * (1 + std::abs(z)) ? std::atan2(std::fabs(z.imag()), -z.real()) : pi / 2;
+    return z.real() < -rounding * (1 + std::abs(z)) ? std::atan2(std::fabs(z.imag()), -z.real()) : pi / 2;
   };
   double best = pi / 2, where = 0;
   for (int i = 1; i <= samples; ++i) {
@@ -170,14 +176,18 @@ double Multistep::alpha_degrees() const {
 }
 
 double Multistep::real_limit() const {
-  if (!is_stable_at(-1e-6)) return 0;
-  double low = 1e-6, high = 1e-6;
+  // Choices: a method unstable at 10⁻⁶ is so at once, one that is stable beyond 10⁸ is so without end. Steps
+  // of 10 % may pass over gaps that narrower ones would find.
+  constexpr double least = 1e-6, most = 1e8, growth = 1.1;
+  constexpr int halvings = 100;  // of an interval of 10 %, to the last bit
+  if (!is_stable_at(-least)) return 0;
+  double low = least, high = least;
   while (is_stable_at(-high)) {
-    if (high > 1e8) return std::numeric_limits<double>::infinity();
+    if (high > most) return std::numeric_limits<double>::infinity();
     low = high;
-    high *= 1.1;
+    high *= growth;
   }
-  for (int i = 0; i < 100; ++i) (is_stable_at(-(low + high) / 2) ? low : high) = (low + high) / 2;
+  for (int i = 0; i < halvings; ++i) (is_stable_at(-(low + high) / 2) ? low : high) = (low + high) / 2;
   return low;
 }
 
@@ -201,7 +211,7 @@ namespace {
 
 /// "1, -1 and 0.2 ± 0.4 i", the zeros of ρ; if there are many, the largest modulus besides 1.
 std::string zeros_text(const std::vector<Complex>& parasitic) {
-  constexpr std::size_t most = 4;
+  constexpr std::size_t most = 4;  // a line
   if (parasitic.empty()) return "the only zero of ρ is 1\n";
   if (parasitic.size() > most)
     return text("the zeros of ρ are 1 and ", parasitic.size(), " more, the largest of modulus ",
@@ -210,7 +220,7 @@ std::string zeros_text(const std::vector<Complex>& parasitic) {
   for (const Complex& z : parasitic) {
     const double size = std::max(1.0, std::abs(z));
     if (z.imag() < -same_zero * size) continue;  // its conjugate was listed
-    const std::string re = rounded(std::fabs(z.real()) < 1e-12 ? 0 : z.real(), 6);
+    const std::string re = rounded(std::fabs(z.real()) < same_zero ? 0 : z.real(), 6);
     words.push_back(std::fabs(z.imag()) <= same_zero * size ? re
                                                             : text(re, " ± ", rounded(z.imag(), 6), " i"));
   }

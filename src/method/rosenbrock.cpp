@@ -10,8 +10,8 @@
 namespace pendula::integrate {
 namespace {
 
-constexpr mp_bitcnt_t bits = 256;
-constexpr int largest_order = 6;
+constexpr mp_bitcnt_t bits = 256;  // conditions on coefficients to 2⁻¹⁰⁰ after products of up to six of them
+constexpr int largest_order = 6;  // of methods in the literature; the trees of higher ones are not searched
 
 RealMatrix zero_matrix(int s) { return RealMatrix(s, bits); }
 

@@ -54,7 +54,11 @@ Surd recognised(const Real& value, double tolerance, bool& exact) {
   const mpq_class v(value);
   mpz_class p0 = 1, q0 = 0, p1 = 0, q1 = 1;
   mpq_class rest = v;
-  for (int i = 0; i < 2000; ++i) {
+  // There are q² fractions with denominators to q: that one lies within the tolerance by chance has a
+  // probability of q² tolerance, here 2⁻¹⁶ at most. A value of 256 bits has some 150 convergents.
+  constexpr double by_chance = -16;
+  constexpr int most = 2000;
+  for (int i = 0; i < most; ++i) {
     mpz_class floor;
     mpz_fdiv_q(floor.get_mpz_t(), rest.get_num().get_mpz_t(), rest.get_den().get_mpz_t());
     mpz_class p = floor * p0 + p1, q = floor * q0 + q1;
@@ -65,7 +69,7 @@ Surd recognised(const Real& value, double tolerance, bool& exact) {
     const mpq_class candidate(p0, q0);
     if (abs(candidate - v) <= tolerance) {
       const double bits = 2.0 * static_cast<double>(mpz_sizeinbase(q0.get_mpz_t(), 2)) + std::log2(tolerance);
-      if (bits < -16) return Surd(candidate);
+      if (bits < by_chance) return Surd(candidate);
       break;
     }
     rest -= floor;
@@ -152,7 +156,8 @@ std::optional<double> first_numeric_sign_change(const Polynomial& p) {
   for (std::size_t i = 1; i < edges.size(); ++i) {
     Real high((edges[i - 1] + edges[i]) / 2, 256);
     if (sign(high) != start) {
-      for (int step = 0; step < 120; ++step) {
+      constexpr int halvings = 120;  // 53 bits of a double, and 67 if the interval is wide
+      for (int step = 0; step < halvings; ++step) {
         const Real middle((low + high) / 2, 256);
         (sign(middle) == start ? low : high) = middle;
       }
@@ -208,7 +213,9 @@ Rational from_nodes(const Coefficients& rk) {
 Rational from_reals(const RealMatrix& A, const RealVector& b, mp_bitcnt_t bits, double unit, int order) {
   const int s = A.size();
   const Real zero(0, bits), one(1, bits);
-  const double tolerance = unit > 0x1p-120 ? 1e3 * unit : unit;
+  // typed coefficients of 16 digits, products of s of them: a factor of 1000 is a choice
+  constexpr double typed = 0x1p-120;
+  const double tolerance = unit > typed ? 1e3 * unit : unit;
   const auto p =
       reversed_characteristic<Real>(s, zero, one, [&](int i, int j) { return Real(A(i, j) - b[j]); });
   const auto q = reversed_characteristic<Real>(s, zero, one, [&](int i, int j) { return A(i, j); });
@@ -221,9 +228,10 @@ Rational from_reals(const RealMatrix& A, const RealVector& b, mp_bitcnt_t bits, 
     if (!R.exact && std::fabs(proved.value()) <= tolerance) proved = Surd();
     R.P.push_back(k <= order ? proved : recognised(p[k], tolerance, R.exact));
   }
-  if (unit > 0x1p-120 && order < s)
+  constexpr std::size_t readable = 40;  // bits of a denominator, 12 digits; longer ones are doubles
+  if (unit > typed && order < s)
     R.exact = R.exact && std::all_of(R.P.begin(), R.P.end(), [](const Surd& c) {
-                return mpz_sizeinbase(c.rational_part().get_den().get_mpz_t(), 2) < 40;
+                return mpz_sizeinbase(c.rational_part().get_den().get_mpz_t(), 2) < readable;
               });
   return R;
 }
@@ -315,7 +323,8 @@ Complex Stability::operator()(Complex z) const {
 // the left half-plane, on a grid of φ refined by golden section.
 double Stability::sector() const {
   if (degree(P_) > degree(Q_) || std::fabs(at_infinity()) > 1 || std::isfinite(real_)) return 0;
-  constexpr int samples = 4000;
+  constexpr int samples = 4000;      // 0.05° apart on the unit circle
+  constexpr double rounding = 1e-7;  // double zeros on the axis err by √ε
   constexpr double pi = std::numbers::pi;
   const std::vector<double> p = doubles(P_), q = doubles(Q_);
   const auto angle = [&](double phi) {
@@ -324,7 +333,7 @@ double Stability::sector() const {
     for (std::size_t k = 0; k < q.size(); ++k) c[k] -= std::polar(1.0, phi) * q[k];
     double best = pi / 2;
     for (Complex z : companion_zeros(c))
-      if (z.real() < -1e-7 * (1 + std::abs(z)))
+      if (z.real() < -rounding * (1 + std::abs(z)))
         best = std::min(best, std::atan2(std::fabs(z.imag()), -z.real()));
     return best;
   };
@@ -337,7 +346,9 @@ double Stability::sector() const {
       where = phi;
     }
   }
-  if (best < pi / 2) where = golden_section(angle, where - pi / samples, where + pi / samples, 60).middle();
+  if (best < pi / 2)
+    where =
+        golden_section(angle, where - pi / samples, where + pi / samples, 60).middle();  // 0.618⁶⁰ = 3e-13
   return std::min(best, angle(where)) * 180 / pi;
 }
 

@@ -35,10 +35,12 @@ static double negative_limit(const Tableau& rk) {
     return std::fabs(1 + z * rk.b().dot(K));
   };
   constexpr double step = 0.1, rounding = 1e-9;  // |R| touches 1 inside the regions of some methods
+  constexpr double most = 1000;                  // a cap; |R| of an explicit method grows like a power of y
+  constexpr int halvings = 30;                   // of 0.1, to 10⁻¹⁰
   double y = step;
-  while (R(-y) <= 1 + rounding && y < 1000) y += step;
+  while (R(-y) <= 1 + rounding && y < most) y += step;
   double low = y - step;
-  for (int k = 0; k < 30; ++k) (R(-(low + y) / 2) <= 1 ? low : y) = (low + y) / 2;
+  for (int k = 0; k < halvings; ++k) (R(-(low + y) / 2) <= 1 ? low : y) = (low + y) / 2;
   return low;
 }
 

@@ -14,7 +14,7 @@
 namespace pendula::integrate {
 namespace {
 
-constexpr int most_stages = 256;
+constexpr int most_stages = 256;  // a choice: A of 256 bits per entry takes 4 MB
 
 /// The sum as an exact fraction, such as 4/3, or as a double.
 std::string sum_text(std::span<const Expr> terms, const Real& value) {
@@ -78,7 +78,8 @@ void Tableau::check_sizes() const {
   if (data_.c) check(*data_.c, "c");
   if (data_.bhat) check(*data_.bhat, "bhat");
   if (data_.bhat2) check(*data_.bhat2, "bhat2");
-  if (!(data_.error_scale > 0 && data_.error_scale < 1e6))
+  constexpr double largest = 1e6;  // larger ones are mistakes: steps would not depend on the tolerance
+  if (!(data_.error_scale > 0 && data_.error_scale < largest))
     throw Error(text(subject(), ": error_scale = ", rounded(data_.error_scale),
                      "; it multiplies the estimated error, for example error_scale = 2"));
   if (data_.error_scale != 1 && !data_.bhat)
@@ -89,7 +90,7 @@ void Tableau::evaluate_entries() {
   const int s = static_cast<int>(data_.A.rows());
   double error = 0;
   Coefficients& rk = coefficients_;
-  rk.bits = 256;
+  rk.bits = 256;  // twice the 128 bits to which exact conditions are tested
   const auto value = [&](Expr e, const auto&... place) {
     try {
       return precise_value(e, rk.bits, error);
@@ -115,6 +116,7 @@ void Tableau::evaluate_entries() {
   }
   rk.c = column(*data_.c, "c");
   const double exact = std::ldexp(1.0, -static_cast<int>(rk.bits) / 2);
+  // sums of s typed coefficients err by s roundings; 2⁻⁴⁹ = 16 · 2⁻⁵³ is that of doubles
   rk.unit = error > 0 ? std::clamp(16 * error, exact, 0x1p-49) : exact;
 }
 

@@ -26,7 +26,7 @@ class EntryParser {
   }
 
  private:
-  static constexpr int deepest = 100;
+  static constexpr int deepest = 100;  // parentheses: bounds the stack
   static constexpr std::string_view root = "√";
 
   bool at_root() { return text_.compare(skip(), root.size(), root) == 0; }

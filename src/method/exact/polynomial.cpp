@@ -170,7 +170,8 @@ std::optional<double> first_sign_change(const Polynomial& p) {
   Real a(low, bits), b(high, bits);
   const int beyond = sgn(evaluate(f, b));
   if (beyond == 0) return nearest_double(b);
-  for (int i = 0; i < 120; ++i) {
+  constexpr int halvings = 120;  // 53 bits of a double, and 67 if the interval is wide
+  for (int i = 0; i < halvings; ++i) {
     const Real middle((a + b) / 2, bits);
     (sgn(evaluate(f, middle)) == beyond ? b : a) = middle;
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "expr/graph/derivative.hpp"
 
@@ -69,7 +70,8 @@ class Evaluation {
 
   Real power(Expr e) {
     const mpq_class* exponent = exact_value(e.operand(1));
-    if (!exponent || exponent->get_den() != 1 || abs(*exponent) > 1000) return in_doubles(e);
+    constexpr int most = 1000;  // factors: a choice
+    if (!exponent || exponent->get_den() != 1 || abs(*exponent) > most) return in_doubles(e);
     const Real base = value(e.operand(0));
     Real result(1, bits_);
     for (long i = std::labs(exponent->get_num().get_si()); i > 0; --i) result *= base;
@@ -81,7 +83,7 @@ class Evaluation {
   Real in_doubles(Expr e) {
     const double number = evaluate(std::span(&e, 1), {})[0];  // throws on symbols
     if (!std::isfinite(number)) throw Error("not a finite number");
-    error_ = std::max(error_, 0x1p-53);
+    error_ = std::max(error_, eps / 2);
     return Real(number, bits_);
   }
 

@@ -35,7 +35,8 @@ std::optional<Surd> root(const Surd& x) {
 }
 
 std::optional<Surd> power(const Surd& base, const mpq_class& exponent) {
-  if (exponent.get_den() != 1 || abs(exponent) > 100) return {};
+  constexpr int most = 100;  // factors: a choice, as the fractions grow
+  if (exponent.get_den() != 1 || abs(exponent) > most) return {};
   const long n = std::labs(exponent.get_num().get_si());
   Surd result(1);
   for (long i = 0; i < n; ++i) result *= base;

@@ -43,7 +43,7 @@ class Surd {
 
   Expr expr() const;  ///< "1/4 - √3/6"
   Real real(mp_bitcnt_t bits) const;
-  double value() const { return nearest_double(real(192)); }
+  double value() const { return nearest_double(real(192)); }  ///< 139 bits of a + b √d may cancel
 
  private:
   mpq_class a_ = 0, b_ = 0;
