@@ -100,8 +100,10 @@ void check_mass(const Lagrangian& s, const std::vector<Entry>& M, const std::vec
   const Mat value = dae::evaluate(K, dae::random_point(entries(K), 0));
   const Mat N = dae::null_space(value);
   std::vector<std::string> free;
+  constexpr double rounding =
+      1e-9;  // entries of unit vectors; those of the null space err by ε times a condition
   for (int i = 0; i < n; ++i)
-    if (N.cols() && N.row(i).norm() > 1e-9) free.push_back(to_text(s.q[i]));
+    if (N.cols() && N.row(i).norm() > rounding) free.push_back(to_text(s.q[i]));
   throw Error(text("the mass matrix is singular", m ? " on the directions the constraints leave free" : "",
                    ": no kinetic energy resists a motion of ", join(free, ", "), ". Give it a mass in T",
                    m ? ", or constrain it" : "", "; massless coordinates must be determined by constraints"));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/epsilon.hpp"
 #include "random/special.hpp"
 
 namespace pendula::random {
@@ -17,6 +18,9 @@ double spread(std::span<const double> sorted) {
   }
   return count > 1 ? std::sqrt(square / (count - 1)) : 0;
 }
+
+/// A width to draw samples that are all equal: digits of the value remain distinct in seven digits.
+double width_of_one(double value) { return std::max(std::fabs(value) * 1e-6, least_size); }
 
 double interquartile(std::span<const double> sorted) {
   return sample_quantile(sorted, 0.75) - sample_quantile(sorted, 0.25);
@@ -58,10 +62,11 @@ Histogram histogram(std::span<const double> sorted, int bins) {
   const double low = sorted.front(), range = sorted.back() - low;
   if (bins == 0) {
     const double width = 2 * interquartile(sorted) / std::cbrt(static_cast<double>(sorted.size()));
-    bins = range > 0 && width > 0 ? static_cast<int>(std::clamp(std::ceil(range / width), 1.0, 200.0)) : 1;
+    constexpr double most = 200;  // bars that a plot shows; far outliers ask for more
+    bins = range > 0 && width > 0 ? static_cast<int>(std::clamp(std::ceil(range / width), 1.0, most)) : 1;
   }
   Histogram h;
-  const double all = range > 0 ? range : std::max(std::fabs(low) * 1e-6, 1e-300);
+  const double all = range > 0 ? range : width_of_one(low);
   const double first = range > 0 ? low : low - all / 2;
   for (int k = 0; k <= bins; ++k) h.edges.push_back(first + all * k / bins);
   h.counts.assign(bins, 0);
@@ -78,12 +83,13 @@ std::vector<double> kernel_density(std::span<const double> sorted, std::span<con
   if (!(bandwidth > 0)) {
     const double s = spread(sorted), iqr = interquartile(sorted) / 1.34;
     bandwidth = 0.9 * (iqr > 0 ? std::min(s, iqr) : s) * std::pow(n, -0.2);
-    if (!(bandwidth > 0)) bandwidth = std::max(std::fabs(sorted.front()) * 1e-6, 1e-300);
+    if (!(bandwidth > 0)) bandwidth = width_of_one(sorted.front());
   }
+  constexpr double reach = 8;  // deviations: e⁻³² = 1e-14 of the value at the centre is left out
   std::vector<double> result;
   for (double at : x) {
-    const auto first = std::lower_bound(sorted.begin(), sorted.end(), at - 8 * bandwidth);
-    const auto last = std::upper_bound(first, sorted.end(), at + 8 * bandwidth);
+    const auto first = std::lower_bound(sorted.begin(), sorted.end(), at - reach * bandwidth);
+    const auto last = std::upper_bound(first, sorted.end(), at + reach * bandwidth);
     double sum = 0;
     for (auto it = first; it != last; ++it) {
       const double u = (at - *it) / bandwidth;
@@ -104,7 +110,7 @@ double kolmogorov_smirnov(std::span<const double> F) {
 
 double kolmogorov_smirnov_p(double d, long n) {
   const double root = std::sqrt(static_cast<double>(n)), x = (root + 0.12 + 0.11 / root) * d;
-  if (x < 0.2) return 1;
+  if (x < 0.2) return 1;  // to 5e-13, where the series converges slowly
   double sum = 0, sign = 1;
   for (int k = 1; k <= 100; ++k, sign = -sign) sum += sign * std::exp(-2.0 * k * k * x * x);
   return std::clamp(2 * sum, 0.0, 1.0);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "random/philox.hpp"
@@ -82,7 +83,7 @@ double Design::unit(long run, int dimension) const {
       const std::uint64_t cell = permuted(number, static_cast<std::uint64_t>(r.runs), r.seed, series);
       const double u = (static_cast<double>(cell) + uniform_at({r.seed, Use::design, number, series})) /
                        static_cast<double>(r.runs);
-      return std::min(u, 1 - 0x1p-53);
+      return std::min(u, 1 - eps / 2);  // the largest double below 1
     }
     case Kind::sobol:
       return sobol(number, dimension, r.scramble, r.seed);

@@ -11,7 +11,7 @@
 
 namespace pendula::random {
 
-inline constexpr long most_runs = 10'000'000;  ///< of one sweep
+inline constexpr long most_runs = 10'000'000;  ///< of one sweep: 80 MB for each number that is kept of a run
 
 struct DesignRequest {
   enum class Kind { monte_carlo, latin_hypercube, sobol, halton, grid, star, saltelli, morris };

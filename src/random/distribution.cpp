@@ -260,10 +260,11 @@ JointNormal::JointNormal(Vec mean, Mat covariance)
                      covariance_.rows(), "×", covariance_.cols()));
   if (!mean_.allFinite() || !covariance_.allFinite())
     throw Error("mean or covariance has an entry that is not finite");
+  constexpr double printed = 1e-9;  // relative: matrices may be written with nine digits
   const double scale = covariance_.cwiseAbs().maxCoeff();
   for (Eigen::Index i = 0; i < n; ++i)
     for (Eigen::Index j = 0; j < i; ++j)
-      if (std::fabs(covariance_(i, j) - covariance_(j, i)) > 1e-9 * scale)
+      if (std::fabs(covariance_(i, j) - covariance_(j, i)) > printed * scale)
         throw Error(text("the covariance is not symmetric: entry (", i + 1, ", ", j + 1, ") is ",
                          shortest(covariance_(i, j)), ", entry (", j + 1, ", ", i + 1, ") is ",
                          shortest(covariance_(j, i))));
@@ -277,7 +278,7 @@ JointNormal::JointNormal(Vec mean, Mat covariance)
   }
   const Mat R = unit.cwiseInverse().asDiagonal() * covariance_ * unit.cwiseInverse().asDiagonal();
   const double least = Eigen::SelfAdjointEigenSolver<Mat>(R, Eigen::EigenvaluesOnly).eigenvalues()[0];
-  const double rounding = 1e-12 * static_cast<double>(n);
+  const double rounding = 1e-12 * static_cast<double>(n);  // of a matrix with entries up to 1: 4500 n ε
   if (least < -rounding)
     throw Error(
         text("the covariance is not positive semidefinite: its correlation matrix has the eigenvalue ",

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "random/special.hpp"
@@ -82,7 +83,7 @@ std::size_t SampleSpace::place(std::size_t column, long run) const {
 double SampleSpace::value(std::size_t column, long run) const {
   const Column& c = columns_[column];
   if (!c.drawn()) return c.list[place(column, run)];
-  constexpr double least = 0x1p-54;  // unscrambled sequences begin at 0, where quantiles may be infinite
+  constexpr double least = eps / 4;  // unscrambled sequences begin at 0, where quantiles may be infinite
   const auto unit = [&](int dimension) { return std::max(design_->unit(run, dimension), least); };
   if (c.distribution) return c.distribution->quantile(unit(dimension_[column]));
   std::vector<double> z;

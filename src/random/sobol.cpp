@@ -4,12 +4,13 @@
 #include <bit>
 #include <vector>
 
+#include "base/epsilon.hpp"
 #include "random/philox.hpp"
 
 namespace pendula::random {
 namespace {
 
-constexpr int digits = 32;
+constexpr int digits = 32;  // the sequence repeats after 2³² points, and a sweep has at most 10⁷
 using Directions = std::array<std::uint32_t, digits>;
 
 const std::uint16_t joe_kuo[] = {
@@ -88,7 +89,7 @@ double halton(std::uint64_t index, int dimension, Scramble scramble, std::uint64
   const auto b = static_cast<std::uint64_t>(prime(dimension));
   double value = 0, weight = 1;
   std::uint64_t rest = index;
-  for (std::uint32_t place = 0; scramble == Scramble::none ? rest > 0 : weight > 0x1p-54; ++place) {
+  for (std::uint32_t place = 0; scramble == Scramble::none ? rest > 0 : weight > eps / 4; ++place) {
     std::uint64_t digit = rest % b;
     rest /= b;
     weight /= static_cast<double>(b);
@@ -100,7 +101,7 @@ double halton(std::uint64_t index, int dimension, Scramble scramble, std::uint64
     value += static_cast<double>(digit) * weight;
   }
   if (scramble == Scramble::none) return value;
-  return value <= 0 ? 0x1p-54 : value >= 1 ? 1 - 0x1p-53 : value;
+  return value <= 0 ? eps / 4 : value >= 1 ? 1 - eps / 2 : value;
 }
 
 }  // namespace pendula::random

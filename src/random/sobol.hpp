@@ -7,7 +7,7 @@ namespace pendula::random {
 
 enum class Scramble { none, digital, owen };
 
-constexpr int most_sobol_dimensions = 512;
+constexpr int most_sobol_dimensions = 512;  ///< the rows of joe_kuo.def
 
 /// The 32 binary digits of coordinate `dimension` (from 0) of point `index` in the order of Gray codes, the
 /// first digit in the highest bit.
