@@ -13,9 +13,9 @@ namespace pendula::lab {
 namespace {
 
 using Eigen::Index;
-constexpr double rank_threshold = 1e-9;  ///< of singular values of J with columns scaled to length 1
-constexpr double linear_in_the_end =
-    1e-6;  ///< a larger predicted rate is visible as linear convergence at the end
+/// Of singular values of J with columns scaled to length 1: derivatives err by n ε, and at an iterate near a
+/// singular solution by as much as the iterate.
+constexpr double rank_threshold = 1e-9;
 
 class Solver {
  public:
@@ -78,12 +78,12 @@ class Solver {
   /// Has the iteration diverged? Steps become small where unknowns have lost their influence, but then ‖R‖
   /// exceeds its value at the start, or the iterates are far away.
   bool has_run_away() const {
-    constexpr double far = 1e6, larger = 1.001;
+    constexpr double far = 1e6, larger = 1.001;  // choices; both count only where J has lost rank
     if (!(R_.norm() > larger * run_.norm.front()) && !(x_.norm() > far * (1 + run_.x.front().norm())))
       return false;
     return rank_of_jacobian() < rank_at_start_;
   }
-  double noise() const { return 8 * eps * (J_.cwiseAbs() * x_.cwiseAbs()).norm(); }
+  double noise() const { return rounding_of_terms * (J_.cwiseAbs() * x_.cwiseAbs()).norm(); }
 
   /// The minimum-norm solution of min ‖J Δx + R‖ in scaled unknowns.
   Vec gauss_newton_step() const {
@@ -106,16 +106,18 @@ class Solver {
     // The relative offset of Bates & Watts, Nonlinear Regression Analysis, 1988, §2.2.3: R is orthogonal to
     // the tangent space.
     if ((J_ * step).norm() <= settings_.tol * R_.norm()) return true;
-    const double floor = 1e-3 * x_.lpNorm<Eigen::Infinity>() + 1e-300;
+    // unknowns much smaller than the largest count like a thousandth of it; all may be 0
+    const double floor = 1e-3 * x_.lpNorm<Eigen::Infinity>() + least_size;
     for (Index j = 0; j < step.size(); ++j)
       if (!(std::fabs(step[j]) <= settings_.tol * std::max(std::fabs(x_[j]), floor))) return false;
     return true;
   }
   /// Is there no descent direction above rounding?
   bool stationary() const {
+    constexpr double orthogonal = 1e-7;  // cosine: at a minimum known to √ε, the angle of R to a column of J
     const Vec g = J_.transpose() * R_;
     for (Index j = 0; j < g.size(); ++j)
-      if (std::fabs(g[j]) > 1e-7 * scale_[j] * R_.norm()) return false;
+      if (std::fabs(g[j]) > orthogonal * scale_[j] * R_.norm()) return false;
     return true;
   }
 
@@ -123,8 +125,10 @@ class Solver {
     const Vec trial = x_ + alpha * step;
     f_.value(trial, trial_R_);
     const double before = R_.squaredNorm(), slope = 2 * alpha * (J_.transpose() * R_).dot(step);
-    // a decrease below rounding cannot be tested; such steps are accepted
-    const double allowed = std::fabs(slope) < 1e-10 * before ? 1e-10 * before : 1e-4 * slope;
+    // a decrease below rounding cannot be tested; such steps are accepted. Else Armijo's condition with the
+    // usual 10⁻⁴ (Nocedal & Wright, Numerical Optimization, 2nd ed., §3.1)
+    constexpr double rounding = 1e-10, armijo = 1e-4;
+    const double allowed = std::fabs(slope) < rounding * before ? rounding * before : armijo * slope;
     if (!always && !(trial_R_.squaredNorm() <= before + allowed && trial_R_.allFinite())) return false;
     x_ = trial;
     R_.swap(trial_R_);
@@ -138,12 +142,16 @@ class Solver {
     return false;
   }
   bool marquardt() {
-    for (int attempt = 0; attempt < 40; ++attempt) {
+    // Marquardt (J. Soc. Ind. Appl. Math. 11, 1963) multiplies and divides λ by 10. Below 10⁻¹⁵ it has no
+    // effect on a step, beyond 10²⁰ the step has none on x; from one to the other 35 attempts are needed.
+    constexpr double factor = 10, least = 1e-15, largest = 1e20;
+    constexpr int attempts = 40;
+    for (int attempt = 0; attempt < attempts; ++attempt) {
       if (accept(marquardt_step(lambda_), 1, lambda_, false)) {
-        lambda_ = std::max(lambda_ / 10, 1e-15);
+        lambda_ = std::max(lambda_ / factor, least);
         return true;
       }
-      lambda_ = std::min(lambda_ * 10, 1e20);
+      lambda_ = std::min(lambda_ * factor, largest);
     }
     return false;
   }
@@ -151,13 +159,13 @@ class Solver {
     switch (settings_.damping) {
       case Damping::fixed:
         accept(step, settings_.alpha, 0, true);
-        return R_.allFinite() && x_.norm() < 1e100;
+        return R_.allFinite() && x_.norm() < 1e100;  // before squares overflow
       case Damping::line_search:
-        return search(step, 1e-6);
+        return search(step, 1e-6);  // twenty halvings: shorter steps hardly move x
       case Damping::marquardt:
         return marquardt();
       case Damping::automatic:
-        return search(step, 1.0 / 16) || marquardt();
+        return search(step, 1.0 / 16) || marquardt();  // a choice: shorter ones need another direction
     }
     return false;
   }
@@ -168,7 +176,7 @@ class Solver {
     if (!J_.allFinite() || !run_.R.allFinite()) return;
     find_rank();
     const auto m = f_.outputs;
-    run_.exact_data = R_.norm() <= 100 * noise();
+    run_.exact_data = R_.norm() <= 100 * noise();  // a choice: the last step may leave more than rounding
     if (m > run_.rank) run_.variance = R_.squaredNorm() / (m - run_.rank);
     if (run_.rank == f_.n() && m > f_.n()) {
       // (JᵀJ)⁻¹ = D⁻¹ R⁻¹R⁻ᵀ D⁻¹ with J D⁻¹ = QR, which avoids squaring the condition number
@@ -180,14 +188,15 @@ class Solver {
     }
   }
   void find_rank() {
+    constexpr double last_bits = 1e-14;  // 45 ε: a column that is 0 but for rounding
     Vec length = J_.colwise().norm();
-    for (double& s : length) s = s > 1e-14 * scale_.maxCoeff() ? s : 1;
+    for (double& s : length) s = s > last_bits * scale_.maxCoeff() ? s : 1;
     const Mat scaled = J_ * length.cwiseInverse().asDiagonal();
     const Eigen::JacobiSVD<Mat> svd(scaled.rows() >= scaled.cols() ? scaled : padded(scaled),
                                     Eigen::ComputeThinU | Eigen::ComputeThinV);
     const Vec& sigma = svd.singularValues();
     run_.rank = 0;
-    for (double s : sigma) run_.rank += s > rank_threshold * std::max(sigma[0], 1e-300) && s > 0;
+    for (double s : sigma) run_.rank += s > rank_threshold * std::max(sigma[0], least_size) && s > 0;
     run_.undetermined =
         readable(length.cwiseInverse().asDiagonal() * svd.matrixV().rightCols(f_.n() - run_.rank));
   }
@@ -206,7 +215,7 @@ class Solver {
     for (auto column : N.colwise()) {
       const double most = column.cwiseAbs().maxCoeff();
       Index first = 0;
-      while (std::fabs(column[first]) < (1 - 1e-6) * most) ++first;
+      while (std::fabs(column[first]) < (1 - no_component) * most) ++first;
       column /= column[first];
     }
     return N;
@@ -224,7 +233,7 @@ class Solver {
   Mat J_;
   Vec trial_R_, scale_;
   int rank_at_start_ = 0;
-  double lambda_ = 1e-3;
+  double lambda_ = 1e-3;  ///< at first: nearly a Gauss–Newton step
   GaussNewtonRun run_;
 };
 
@@ -233,7 +242,8 @@ Vec polished(const NumericFunction& f, Vec x) {
   Vec R(f.outputs);
   Mat J(f.outputs, f.n()), S(f.n(), f.n());
   double previous = std::numeric_limits<double>::infinity();
-  for (int k = 0; k < 30; ++k) {
+  constexpr int most = 30;  // a cap: convergence is quadratic
+  for (int k = 0; k < most; ++k) {
     f.value(x, R);
     f.jacobian(x, J);
     f.curvature(x, R, S);
@@ -264,12 +274,13 @@ void analyse(const NumericFunction& f, GaussNewtonRun& run) {
         for (double e : eigenvalues)
           if (const double part = std::fabs(1 - alpha * (1 + e)); part >= run.predicted.value_or(0))
             run.predicted = part;
-      if (run.curvature > 0.01) root = polished(f, root);
+      constexpr double definite = 0.01;  // relative to JᵀJ; flatter minima may be none
+      if (run.curvature > definite) root = polished(f, root);
     }
   }
   // the rounding error of the gradient JᵀR is that of its terms
-  const Vec gradient_noise =
-      8 * eps * (run.J.cwiseAbs().transpose() * (run.R.cwiseAbs() + run.J.cwiseAbs() * root.cwiseAbs()));
+  const Vec gradient_noise = rounding_of_terms * (run.J.cwiseAbs().transpose() *
+                                                  (run.R.cwiseAbs() + run.J.cwiseAbs() * root.cwiseAbs()));
   double largest = 0;
   for (const Vec& x : run.x) largest = std::max(largest, x.norm());
   const double noise = 4 * eps * largest + (inverse_by_lu(JtJ).cwiseAbs() * gradient_noise).norm();

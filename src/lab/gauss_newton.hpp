@@ -24,6 +24,10 @@ enum class Damping {
   marquardt     ///< (JᵀJ + λD²) Δx = -JᵀR with λ adapted in every step
 };
 
+/// A predicted rate above it is visible as linear convergence at the end: with six digits per step, two steps
+/// do not reach the rounding level.
+inline constexpr double linear_in_the_end = 1e-6;
+
 struct GaussNewtonSettings {
   Damping damping = Damping::automatic;
   double alpha = 1;

@@ -12,7 +12,8 @@ namespace pendula::lab {
 namespace {
 
 using Eigen::Index;
-constexpr int widest_x = 5, rows_before = 10, rows_after = 6;
+constexpr int widest_x = 5, rows_before = 10, rows_after = 6;  // what a screen of 80 columns holds
+constexpr double shown_as_zero = 1e-9;  // of the start: what is left when seven digits are right, and squared
 
 std::string heading(const NumericFunction& f, const GaussNewtonSettings& settings,
                     const GaussNewtonRun& run) {
@@ -51,8 +52,10 @@ std::string table_text(const NumericFunction& f, const GaussNewtonRun& run) {
     }
     std::vector<std::string> row = {std::to_string(k)};
     for (Index j = 0; j < shown; ++j) row.push_back(rounded(run.x[k][j], 9));
-    row.push_back(run.exact_data && run.norm[k] < 1e-9 * run.norm[0] ? "≈ 0" : rounded(run.norm[k], 7));
-    row.push_back(run.gradient[k] > 1e-9 * run.gradient[0] ? printed("%.*e", 1, run.gradient[k]) : "≈ 0");
+    row.push_back(run.exact_data && run.norm[k] < shown_as_zero * run.norm[0] ? "≈ 0"
+                                                                              : rounded(run.norm[k], 7));
+    row.push_back(run.gradient[k] > shown_as_zero * run.gradient[0] ? printed("%.*e", 1, run.gradient[k])
+                                                                    : "≈ 0");
     if (damped) row.push_back(k == 0 ? "" : rounded(run.alpha[k - 1], 4));
     if (marquardt) row.push_back(k == 0 ? "" : run.lambda[k - 1] > 0 ? rounded(run.lambda[k - 1], 1) : "0");
     if (errors) {
@@ -90,27 +93,29 @@ std::string rate_text(const GaussNewtonRun& run) {
   std::string order = seen.order > 0 ? ", observed order " + printed("%.*f", 2, seen.order) : "";
   if (!run.predicted) return text("Converged", order, ".");
   const double neglected = *run.predicted;
-  if (run.alpha.back() < 1 && neglected > 1e-3)
+  if (run.alpha.back() < 1 && neglected > visibly_linear)
     return text("Converged linearly", seen.rate > 0 ? text(": ‖e₊‖ ≈ ", rounded(seen.rate, 3), " ‖e‖") : "",
                 "; damping and the neglected term predict ", rounded(neglected, 3),
                 ", the spectral radius of I - α (JᵀJ)⁻¹(JᵀJ + S) with α = ", rounded(run.alpha.back(), 4),
                 ".");
-  if (neglected > 1e-3)
+  constexpr double slow = 0.7;  // 40 steps to six digits: a choice
+  if (neglected > visibly_linear)
     return text(
         "Converged linearly", seen.rate > 0 ? text(": ‖e₊‖ ≈ ", rounded(seen.rate, 3), " ‖e‖") : "",
         ", explained by the neglected term S = Σ Rᵢ ∇²Rᵢ: the spectral radius of (JᵀJ)⁻¹S is ",
         rounded(neglected, 3),
-        neglected > 0.7 ? "; residuals this large need Newton's method with the exact Hessian." : ".");
-  if (neglected > 1e-6)
+        neglected > slow ? "; residuals this large need Newton's method with the exact Hessian." : ".");
+  if (neglected > linear_in_the_end)
     return text("Converged fast",
                 seen.rate > 0 ? text(", in the end with ‖e₊‖ ≈ ", rounded(seen.rate, 3), " ‖e‖") : "",
                 ": the neglected term S = Σ Rᵢ ∇²Rᵢ is small, the spectral radius of (JᵀJ)⁻¹S is ",
                 rounded(neglected, 3), ".");
+  constexpr double none = 1e-9;  // S of a linear R is rounding: some ε times a condition number
   return text("Converged", seen.order >= 1.5 || run.exact_data ? " quadratically" : "", order,
-              ": the neglected term S = Σ Rᵢ ∇²Rᵢ is ", neglected < 1e-9 ? "zero" : "very small",
+              ": the neglected term S = Σ Rᵢ ∇²Rᵢ is ", neglected < none ? "zero" : "very small",
               " at the solution, so JᵀJ is the Hessian",
               run.exact_data     ? " (the residuals vanish)."
-              : neglected < 1e-9 ? " (R is linear there)."
+              : neglected < none ? " (R is linear there)."
                                  : ".");
 }
 
@@ -150,7 +155,7 @@ std::string undetermined_text(const std::vector<std::string>& names, const Mat& 
     const double largest = v.cwiseAbs().maxCoeff();
     std::vector<Index> moving;
     for (Index j = 0; j < v.size(); ++j)
-      if (std::fabs(v[j]) > 1e-6 * largest) moving.push_back(j);
+      if (std::fabs(v[j]) > no_component * largest) moving.push_back(j);
     const auto name = [&](std::size_t i) { return names[moving[i]]; };
     if (moving.size() == 1) {
       out += text("Not determined: ", name(0), " does not change R here. ");

@@ -14,16 +14,18 @@ namespace pendula::lab {
 namespace {
 
 using Eigen::Index;
-constexpr double smallest_step = 1.0 / (1 << 20);
-constexpr int longest_cycle = 12;
-constexpr int largest_inverse = 50;
+constexpr double smallest_step = 1.0 / (1 << 20);  // 10⁻⁶: shorter steps hardly move x
+constexpr int longest_cycle = 12;                  // a choice: longer ones look like chaos in a table
+constexpr int largest_inverse = 50;                // a choice: n³ operations per row for its last column
+constexpr double same_point = 1e-10;  // of 1 + ‖x‖: a cycle, which attracts, is as good as exact
+constexpr double same_root = 1e-5;    // of 1 + ‖x‖: double roots are found to √tol = 10⁻⁶
 
 class Iteration {
  public:
   Iteration(const NumericFunction& r, const NewtonSettings& settings, const Vec& start)
       : r_(r), settings_(settings), x_(start), residual_(r.outputs), M_(r.outputs, r.n()), step_(r.n()) {
     blur_ = Vec::Zero(r.n());
-    far_ = 1e10 * (1 + start.norm());
+    far_ = 1e10 * (1 + start.norm());  // a choice: from there no root is found with any digit of the start
   }
 
   NewtonRun run() {
@@ -53,7 +55,10 @@ class Iteration {
  private:
   int most() const {
     if (settings_.max > 0) return settings_.max;
-    return settings_.line_search ? 100 : static_cast<int>(std::min(100 / settings_.alpha, 1e5));
+    // full steps that converge need a few; damped ones, which leave 1 - α of the error, 28/α for 10⁻¹²
+    constexpr int usual = 100, most_damped = 100'000;
+    return settings_.line_search ? usual
+                                 : static_cast<int>(std::min<double>(usual / settings_.alpha, most_damped));
   }
 
   void matrix() {
@@ -85,7 +90,7 @@ class Iteration {
     // |∂rᵢ/∂xⱼ xⱼ| is the size of the terms of rᵢ; values of a few roundings of them are
     // indistinguishable from zero
     const double terms = M_.allFinite() ? (M_.cwiseAbs() * x_.cwiseAbs()).norm() : 0;
-    run_.noise.push_back(8 * eps * terms);
+    run_.noise.push_back(rounding_of_terms * terms);
     run_.blur.push_back(blur_);
   }
   /// The uncertainty of x: the rounding error of the residual, multiplied by M⁻¹.
@@ -121,11 +126,11 @@ class Iteration {
   /// The period of a cycle of the last iterates (the map x ↦ x₊ is the same in every iteration).
   int period() const {
     const auto k = static_cast<int>(run_.x.size());  // x_ is iterate k, not yet recorded
-    const double close = 1e-10 * (1 + x_.norm());
+    const double close = same_point * (1 + x_.norm());
     if (settings_.line_search) return 0;
     for (int p = 2; p <= longest_cycle && 2 * p <= k + 1; ++p) {
       if ((x_ - at(k - p)).norm() > close || (at(k - 1) - at(k - 1 - p)).norm() > close) continue;
-      if ((x_ - at(k - 1)).norm() > 1e4 * close) return p;
+      if ((x_ - at(k - 1)).norm() > 1e4 * close) return p;  // steps that are no convergence
     }
     return 0;
   }
@@ -145,7 +150,7 @@ class Iteration {
   /// Do the iterates diverge? Then a singular Jacobian far away is not the cause.
   bool is_running_away() const {
     const std::size_t k = run_.x.size();
-    constexpr double far = 5, growing = 2;  // relative to the start; relative to one step
+    constexpr double far = 5, growing = 2;  // choices: relative to the start; relative to two steps before
     if (k < 2 || !(x_.norm() > far * (1 + run_.x.front().norm()))) return false;
     return x_.norm() > growing * run_.x[k - 2].norm();
   }
@@ -206,7 +211,7 @@ Basins basins(const NumericFunction& r, const NewtonSettings& settings, const Ve
       result.iterations(i, j) = run.iterations();
       if (!run.converged()) continue;
       const Vec& x = run.x.back();
-      const auto same = [&](const Vec& root) { return (x - root).norm() <= 1e-5 * (1 + root.norm()); };
+      const auto same = [&](const Vec& root) { return (x - root).norm() <= same_root * (1 + root.norm()); };
       auto it = std::find_if(found.begin(), found.end(), same);
       if (it == found.end()) it = found.insert(found.end(), x);
       result.root(i, j) = static_cast<int>(it - found.begin()) + 1;
@@ -216,7 +221,7 @@ Basins basins(const NumericFunction& r, const NewtonSettings& settings, const Ve
   for (std::size_t k = 0; k < order.size(); ++k) order[k] = static_cast<int>(k);
   std::sort(order.begin(), order.end(), [&](int a, int b) {
     const Vec &p = found[a], &q = found[b];
-    return std::fabs(p[0] - q[0]) > 1e-5 * (1 + std::fabs(p[0])) ? p[0] < q[0] : p[1] < q[1];
+    return std::fabs(p[0] - q[0]) > same_root * (1 + std::fabs(p[0])) ? p[0] < q[0] : p[1] < q[1];
   });
   for (std::size_t k = 0; k < order.size(); ++k) {
     place[order[k] + 1] = static_cast<int>(k) + 1;

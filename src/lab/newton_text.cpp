@@ -13,8 +13,8 @@ namespace pendula::lab {
 namespace {
 
 using Eigen::Index;
-constexpr int widest = 4;  ///< number of unknowns shown side by side
-constexpr int first_rows = 10, last_rows = 8;
+constexpr int widest = 4;                      ///< number of unknowns shown side by side
+constexpr int first_rows = 10, last_rows = 8;  ///< what a screen holds
 
 /// 15 significant digits of the largest value of a column, with the same number of decimals in all rows;
 /// decimals below the rounding error are left blank.
@@ -26,7 +26,8 @@ std::vector<std::string> column_text(const NewtonRun& run, Index j) {
   const int before = largest >= 1 ? static_cast<int>(std::floor(std::log10(largest))) + 1 : 0;
   for (std::size_t k = 0; k < run.x.size(); ++k) {
     const double v = run.x[k][j], blur = run.blur[k][j];
-    if (before > 8) {
+    constexpr int most_before = 8;  // digits before the point; longer numbers have an exponent
+    if (before > most_before) {
       cells.push_back(printed("%.*e", 14, v));
       continue;
     }
@@ -45,7 +46,8 @@ class Columns {
   std::string residual(std::size_t k) const {
     if (!std::isfinite(run_.norm[k])) return "not finite";
     if (run_.norm[k] <= run_.noise[k]) return "≈ 0";
-    return printed("%.*e", run_.norm[k] > 1e3 * run_.noise[k] ? 2 : 0, run_.norm[k]);
+    constexpr double three_digits = 1e3;  // above the noise
+    return printed("%.*e", run_.norm[k] > three_digits * run_.noise[k] ? 2 : 0, run_.norm[k]);
   }
   std::string ratio(std::size_t k, int p) const {
     const double value = run_.observed.ratio(k, p);

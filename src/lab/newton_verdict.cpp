@@ -14,8 +14,9 @@ namespace pendula::lab {
 namespace {
 
 using Eigen::Index;
-constexpr double flat = 1e-3;            ///< scaled singular value below which a root may be singular
-constexpr double visibly_linear = 1e-3;  ///< a larger predicted rate is visible as linear convergence
+/// Scaled singular value below which a root may be singular: at a double root it is as small as the error of
+/// the last iterate, 10⁻⁶; the rate of the steps decides.
+constexpr double flat = 1e-3;
 
 double step(const NewtonRun& run, int k) { return (run.x[k + 1] - run.x[k]).norm(); }
 
@@ -27,7 +28,9 @@ double steps_ratio(const NewtonRun& run) {
 
 bool no_root_near(const NewtonRun& run) {
   const int last = run.iterations();
-  return last >= 3 && steps_ratio(run) > 0.9 && step(run, last - 1) > 1e-3 * (1 + run.x.back().norm());
+  constexpr double long_step = 1e-3;  // relative: a choice
+  return last >= 3 && steps_ratio(run) > contracting &&
+         step(run, last - 1) > long_step * (1 + run.x.back().norm());
 }
 
 /// ∂r/∂x, by differences if there is no Jacobian.
@@ -57,8 +60,10 @@ class Words {
         text(exact ? "the Jacobian is exact" : "the " + jacobian_words() + " is very nearly exact",
              ", full steps α = 1 are taken, and ∂r/∂x is regular at the solution (condition number ",
              condition_text(run_.condition), ")");
-    if (last() == 1 && (J - at_start).norm() <= 1e-12 * J.norm())
+    constexpr double rounding = 1e-12;  // 4500 ε: J is the same at both points
+    if (last() == 1 && (J - at_start).norm() <= rounding * J.norm())
       return "Converged in one step: the equations are linear, and a full Newton step solves them exactly.";
+    // observed orders: halfway from 2 to 3, and a tenth for the next term; halfway from 1 to 2
     if (run_.observed.order >= 2.6)
       return text("Converged faster than quadratically, observed order ", order_text(),
                   ": the second-order term of the error vanishes at this solution; ", conditions, ".",
@@ -168,12 +173,13 @@ class Words {
   }
 
   std::string cycle_words() const {
+    constexpr double zero = 1e-9;  // points of a cycle are known to 10⁻¹⁰ (same_point in newton_lab.cpp)
     std::vector<std::string> points;
     for (int i = 0; i < std::min(run_.period, 4); ++i) {
       std::vector<std::string> values;
       const Vec& x = run_.x[last() - run_.period + 1 + i];
       for (Index j = 0; j < std::min<Index>(x.size(), 4); ++j)
-        values.push_back(rounded(std::fabs(x[j]) < 1e-9 * x.norm() || std::fabs(x[j]) < 1e-9 ? 0 : x[j], 6));
+        values.push_back(rounded(std::fabs(x[j]) < zero * std::max(1.0, x.norm()) ? 0 : x[j], 6));
       points.push_back("(" + join(values, ", ") + (x.size() > 4 ? ", …)" : ")"));
     }
     return text("No convergence: the iterates run through a cycle of period ", run_.period, ": ",
@@ -210,7 +216,8 @@ class Words {
     const double q =
         std::pow(run_.norm[end] / run_.norm[end - static_cast<std::size_t>(back)], 1.0 / std::max(1, back));
     const double more = std::ceil(std::log(settings_.tol / run_.norm[end]) / std::log(q));
-    if (q < 0.9999 && more < 1e5)
+    constexpr double stands_still = 0.9999, most = 1e5;  // a rate or number of iterations beyond patience
+    if (q < stands_still && more < most)
       return text(start, " still falls by the factor ", rounded(q, 3), " per iteration; about ",
                   counted(static_cast<int>(more), "more iteration"), " would be needed: raise max.");
     return text(start, " falls by the factor ", rounded(q, 5), " per iteration, too slowly to converge",
@@ -242,7 +249,9 @@ class Judge {
     }
     const Mat at_start = derivative(r_, run_.x.front()), J = derivative(r_, root_);
     const Conditioning here = conditioning(J, at_start.cwiseAbs());
-    run_.singular_root = here.smallest < flat && last() > 2 && steps_ratio(run_) > 0.3;
+    constexpr double slow =
+        0.3;  // a double root with α = 1 has 1/2, higher ones more; quadratic convergence has 0
+    run_.singular_root = here.smallest < flat && last() > 2 && steps_ratio(run_) > slow;
     if (run_.singular_root) {
       run_.null_vector = here.null_vector;
       extrapolate();
@@ -263,7 +272,8 @@ class Judge {
   void polish() {
     Vec r(r_.outputs);
     double previous = std::numeric_limits<double>::infinity();
-    for (int k = 0; k < 60; ++k) {
+    constexpr int most = 60;  // a cap: the steps must become shorter
+    for (int k = 0; k < most; ++k) {
       r_.value(root_, r);
       const Vec correction = derivative(r_, root_).partialPivLu().solve(r);
       const double length = correction.norm();
@@ -276,7 +286,7 @@ class Judge {
 
   /// x⋆ of a linearly convergent sequence, by the remainder of the geometric series (Aitken).
   void extrapolate() {
-    const double q = std::min(steps_ratio(run_), 0.99);
+    const double q = std::min(steps_ratio(run_), 0.99);  // the remainder is at most 99 steps
     const auto k = static_cast<std::size_t>(last());
     root_ = run_.x[k] + (run_.x[k] - run_.x[k - 1]) * (q / (1 - q));
   }
@@ -300,9 +310,10 @@ class Judge {
     const bool linear = run_.singular_root || run_.predicted.value_or(0) > visibly_linear;
     double noise = 4 * eps * root_.norm();
     if (run_.singular_root)  // the extrapolated x⋆ is not better than the last iterates
+      // so that errors above five times the last one are measured
       noise = 5 * (run_.x.back() - root_).norm() / above_noise;
     else
-      noise += (inverse_by_lu(J).cwiseAbs() * (8 * eps * (J.cwiseAbs() * root_.cwiseAbs()))).norm();
+      noise += (inverse_by_lu(J).cwiseAbs() * (rounding_of_terms * (J.cwiseAbs() * root_.cwiseAbs()))).norm();
     run_.observed = observe(run_.x, root_, noise, linear);
   }
 

@@ -119,7 +119,7 @@ std::function<void(const Vec&, Mat&)> compile_matrix(std::vector<Expr> columns, 
 }
 
 void difference_jacobian(const NumericFunction& f, const Vec& x, const Vec& r, double h, Mat& J) {
-  if (h == 0) h = std::sqrt(std::numeric_limits<double>::epsilon());
+  if (h == 0) h = std::sqrt(eps);
   Vec moved = x, changed(r.size());
   for (Index j = 0; j < x.size(); ++j) {
     moved[j] = x[j] + h * std::max(std::fabs(x[j]), 1.0);
@@ -134,7 +134,7 @@ std::string direction_text(const std::vector<std::string>& names, Vec v) {
   if (!(largest > 0) || !std::isfinite(largest)) return "no direction";
   std::vector<std::string> who, components;
   for (Index j = 0; j < v.size(); ++j) {
-    if (std::fabs(v[j]) < 1e-6 * largest) continue;
+    if (std::fabs(v[j]) < no_component * largest) continue;
     who.push_back(names[j]);
     components.push_back(rounded(v[j], 4));
   }
@@ -163,7 +163,8 @@ std::string wrapped(const std::string& words, int columns) {
 
 std::string condition_text(double condition) {
   if (!std::isfinite(condition)) return "infinite";
-  return condition < 1000 ? rounded(condition, 2) : rounded(condition, 1);
+  constexpr double small = 1000;  // exact ones of small matrices are read as numbers, others as powers of ten
+  return condition < small ? rounded(condition, 2) : rounded(condition, 1);
 }
 
 double Conditioning::condition() const {
@@ -188,7 +189,7 @@ Conditioning conditioning(const Mat& J, const Mat& scale) {
   for (Vec* v : {&result.null_vector, &result.combination}) {
     const double most = v->cwiseAbs().maxCoeff();
     Index at = 0;  // of components of equal size to within rounding, the first one becomes 1
-    while (std::fabs((*v)[at]) < (1 - 1e-6) * most) ++at;
+    while (std::fabs((*v)[at]) < (1 - no_component) * most) ++at;
     *v /= (*v)[at];
   }
   return result;

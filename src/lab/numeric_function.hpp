@@ -7,6 +7,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "base/epsilon.hpp"
 #include "base/math.hpp"
 #include "expr/graph/graph.hpp"
 
@@ -40,7 +41,12 @@ std::function<void(const Vec&, Mat&)> compile_matrix(std::vector<Expr> columns, 
 /// ∂r/∂x by one-sided differences with steps h·max(|xⱼ|, 1); h = 0: √ε.
 void difference_jacobian(const NumericFunction& f, const Vec& x, const Vec& r, double h, Mat& J);
 
-/// A direction in the user's names: "(x, y) ∝ (1, -2)"; components below 10⁻⁶ of the largest are dropped.
+/// The rounding error of a function, relative to the sum |∂r/∂x| |x| of its terms: a few operations per term.
+inline constexpr double rounding_of_terms = 8 * eps;
+/// Of the largest component of a direction: smaller ones are dropped, those that differ by less are equal.
+/// Reports have four digits, and singular vectors an error of √ε at worst.
+inline constexpr double no_component = 1e-6;
+/// A direction in the user's names: "(x, y) ∝ (1, -2)".
 std::string direction_text(const std::vector<std::string>& names, Vec v);
 
 /// Lines of at most `columns` columns, broken at blanks; no newline at the end.

@@ -8,8 +8,9 @@ namespace {
 /// The slope of log e₊ over log e for the last pairs of errors in the phase of steady contraction. In ‖e₊‖ =
 /// c ‖e‖^p, c depends on the direction of e; more pairs average that out.
 double fitted(const std::vector<double>& error, std::size_t end) {
+  constexpr std::size_t most = 4;  // a choice: earlier pairs may be far from the solution
   std::size_t begin = end;
-  while (begin > 0 && end - begin < 4 && error[begin] < 0.9 * error[begin - 1]) --begin;
+  while (begin > 0 && end - begin < most && error[begin] < contracting * error[begin - 1]) --begin;
   const auto pairs = static_cast<double>(end - begin);
   if (pairs < 2) return 0;
   double x = 0, y = 0, xx = 0, xy = 0;
@@ -32,7 +33,7 @@ double Observed::ratio(std::size_t k, int p) const {
 
 double Observed::order_at(std::size_t k) const {
   if (k < 2 || ratio(k, 1) == 0 || ratio(k - 1, 1) == 0) return 0;
-  if (!(error[k] < 0.9 * error[k - 1] && error[k - 1] < 0.9 * error[k - 2])) return 0;
+  if (!(error[k] < contracting * error[k - 1] && error[k - 1] < contracting * error[k - 2])) return 0;
   return std::log(error[k] / error[k - 1]) / std::log(error[k - 1] / error[k - 2]);
 }
 

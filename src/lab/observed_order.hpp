@@ -11,6 +11,11 @@ namespace pendula::lab {
 /// of a ratio are not rounding.
 inline constexpr double above_noise = 1e4;
 
+/// Errors contract steadily while each is below this part of the one before: a choice.
+inline constexpr double contracting = 0.9;
+/// A predicted rate above it is visible as linear convergence: three digits are won per step at most.
+inline constexpr double visibly_linear = 1e-3;
+
 struct Observed {
   std::vector<double> error;  ///< ‖xₖ - x⋆‖₂
   double noise = 0;           ///< what rounding leaves of it
