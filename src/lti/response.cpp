@@ -17,9 +17,9 @@
 namespace pendula::lti {
 namespace {
 
-constexpr double same_step = 1e-12;  // relative: differences of times, 4500 ε
-constexpr double on_grid = 1e-6;     // of Ts: times may be printed with seven digits
-constexpr double rounding = 1e-9;    // of a quotient of times: ε of 10⁶ samples
+constexpr double same_step = 1e-12;     // relative: differences of times, 4500 ε
+constexpr double on_grid = 1e-6;        // of Ts: times may be printed with seven digits
+constexpr double time_rounding = 1e-9;  // of a quotient of times: ε of 10⁶ samples
 
 /// The matrices in doubles.
 struct Numbers {
@@ -243,7 +243,7 @@ Vec response_times(const System& given, std::optional<double> to) {
   if (!std::isfinite(end))
     throw Error("the slowest pole takes longer than a number can say; give the times, or the last of them");
   if (Ts > 0) {
-    const double steps = std::floor(end / Ts + rounding);
+    const double steps = std::floor(end / Ts + time_rounding);
     constexpr double most = 1e6;  // far beyond what a plot shows; lsim takes more
     if (steps > most)
       throw Error(text("up to t = ", pendula::rounded(end), " there are more than 10⁶ samples"));
@@ -266,8 +266,8 @@ Vec times_of_facts(const System& g, const Vec& t) {
   const auto widest = [](const Vec& times) {
     return times.size() < 2 ? 0 : (times.tail(times.size() - 1) - times.head(times.size() - 1)).maxCoeff();
   };
-  const bool enough = t[t.size() - 1] * (1 + rounding) >= whole[whole.size() - 1] &&
-                      widest(t) <= widest(whole) * (1 + rounding);
+  const bool enough = t[t.size() - 1] * (1 + time_rounding) >= whole[whole.size() - 1] &&
+                      widest(t) <= widest(whole) * (1 + time_rounding);
   return enough ? t : whole;
 }
 

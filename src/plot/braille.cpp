@@ -29,9 +29,11 @@ struct Frame {
   double y(double value) const { return 4 * (top + rows) - 1 - at(1, value) * (4 * rows - 1); }
 
  private:
-  /// Clamped to 1e9 frame sizes, so that values far outside the limits have finite dots.
+  /// Clamped to 1e9 frame sizes, so that values far outside the limits have finite dots, whose differences
+  /// keep digits of a dot.
   double at(size_t axis, double value) const {
-    return std::clamp(fraction(figure.axes[axis], range[axis], value), -1e9, 1e9);
+    constexpr double far = 1e9;
+    return std::clamp(fraction(figure.axes[axis], range[axis], value), -far, far);
   }
 };
 
@@ -39,6 +41,7 @@ struct Frame {
 void make_equal(Frame& f) {
   const double dots_x = 2 * f.columns - 1, dots_y = 4 * f.rows - 1;
   const double per_unit = std::min(dots_x / f.range[0].span(), dots_y / f.range[1].span());
+  // a very narrow frame keeps room for two numbers, a very flat one for two lines of them
   f.columns = std::clamp(static_cast<int>(std::ceil((per_unit * f.range[0].span() + 1) / 2)), 6, f.columns);
   f.rows = std::clamp(static_cast<int>(std::ceil((per_unit * f.range[1].span() + 1) / 4)), 3, f.rows);
 }
@@ -71,7 +74,7 @@ void draw_cells(Canvas& canvas, const Frame& f, const Series& s, const Look& l) 
 
 void draw_line(Canvas& canvas, const Frame& f, const Series& s, Look& l) {
   const Clip clip = f.clip();
-  Marker mark(canvas, l, 12);
+  Marker mark(canvas, l, mark_gap);
   for (Index i = 0; i < s.x.size(); ++i) {
     if (!drawable(f.figure, s, i)) continue;
     const double x = f.x(s.x[i]), y = f.y(s.y[i]);
@@ -129,7 +132,7 @@ int label_column(const Frame& f, const Ticks& t, size_t k, int columns) {
   return std::clamp(mark - width / 2, 0, std::max(0, columns - width));
 }
 
-/// As many ticks as fit with two columns between neighbouring numbers.
+/// As many ticks as fit with two columns between neighbouring numbers; at most one in 8 columns.
 Ticks fitting_ticks(const Frame& f, int columns) {
   Ticks t;
   for (int count = std::max(1, f.columns / 8); count >= 1; --count) {
@@ -242,6 +245,7 @@ std::string draw_flat(const Figure& figure, const Terminal& terminal) {
   Frame f{figure, {visible(figure, 0), visible(figure, 1)}};
   const int columns = terminal.columns;
   const int notes = static_cast<int>(note_lines(figure, columns).size());
+  // 8 rows for title, legend, numbers, label and prompt; 9/40 rows per column make a wide rectangle, 9:20
   f.rows = std::clamp(terminal.rows - 8 - notes, 6, std::max(10, columns * 9 / 40));
   // The y numbers determine the left margin; for an equal figure
   // the frame, and with it the ticks, may still shrink.

@@ -45,8 +45,10 @@ void draw_axis(Canvas& canvas, const Stage& stage, int axis) {
   };
   const Spot low = end(-1), high = end(1);
   const double length = std::hypot(high.x - low.x, high.y - low.y);
-  if (length < 8) return;  // the axis points at the viewer
+  constexpr double shortest = 8;  // dots: two rows
+  if (length < shortest) return;  // the axis points at the viewer
   const bool vertical = axis == 2;
+  // dots between numbers: three rows, or nine columns where they stand side by side
   const double per_tick = vertical ? 12 : std::abs(high.x - low.x) < length / 2 ? 10 : 18;
   const Ticks t = ticks(stage.figure.axes[a], stage.view.range(axis),
                         std::clamp(static_cast<int>(length / per_tick), 2, 6));
@@ -73,7 +75,8 @@ void draw_axis(Canvas& canvas, const Stage& stage, int axis) {
 void draw_segment(Canvas& canvas, const Stage& stage, const DepthMap& depth, const Seen& a, const Seen& b,
                   Pen& seen, Pen& hidden) {
   const double length = stage.scale * std::hypot(b.right - a.right, b.up - a.up);
-  const int pieces = std::clamp(static_cast<int>(length / 4) + 1, 1, 400);
+  constexpr int most = 400;  // segments that reach far beyond the sheet
+  const int pieces = std::clamp(static_cast<int>(length / 4) + 1, 1, most);
   const auto on = [&](double s) {
     return Seen{a.right + s * (b.right - a.right), a.up + s * (b.up - a.up), a.near + s * (b.near - a.near)};
   };
@@ -114,7 +117,7 @@ Index line_stride(Index lines, double dots) {
 
 void draw_surface(Canvas& canvas, const Stage& stage, const DepthMap& depth, const Surface& s) {
   const auto node = [&](Index i, Index j) { return stage.view({s.x(i, j), s.y(i, j), s.z(i, j)}); };
-  double low = 1e300, high = -1e300;  // height of the surface on the screen
+  double low = HUGE_VAL, high = -HUGE_VAL;  // height of the surface on the screen
   for (Index i = 0; i < s.x.rows(); ++i)
     for (Index j = 0; j < s.x.cols(); ++j) {
       low = std::min(low, node(i, j).up);
@@ -141,7 +144,7 @@ void draw_curve(Canvas& canvas, const Stage& stage, const DepthMap& depth, size_
   Look l = look(stage.figure, k, palette);
   Pen hidden = l.pen;
   hidden.dashes = {1, 2};
-  Marker mark(canvas, l, s.style == Style::points ? 0 : l.marked && s.style == Style::line ? 12 : 2);
+  Marker mark(canvas, l, s.style == Style::points ? 0 : l.marked && s.style == Style::line ? mark_gap : 2);
   const auto node = [&](Index i) { return stage.view({s.x[i], s.y[i], s.z[i]}); };
   for (Index i = 0; i < s.x.size(); ++i) {
     if (!drawable(stage.figure, s, i)) continue;
@@ -170,6 +173,7 @@ std::string draw_solid(const Figure& figure, const Terminal& terminal) {
   constexpr int above = 1, below = 3, beside = 11;  // cells around the box for numbers and labels
 
   const Extent box = stage.view.extent();
+  // 2/5 rows per column: 4:5 dots, nearly a square
   const int most = std::clamp(terminal.rows - header - footer - 2, 10, std::max(12, columns * 2 / 5));
   stage.scale = std::min((columns - 2 * beside) / box.right, 2.0 * (most - above - below) / box.up);
   const int rows = std::min(most, static_cast<int>(std::ceil(stage.scale * box.up / 2)) + above + below);

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 
@@ -57,6 +58,8 @@ void check_surface(const Surface& s, size_t k) {
                      s.x.cols()));
 }
 
+constexpr int least_pixels = 100, most_pixels = 10'000;  // room for numbers; 300 MB of pixels
+
 void check_axes(const Figure& f) {
   for (int a = 0; a < dimensions(f); ++a) {
     const Axis& axis = f.axes[a];
@@ -79,9 +82,9 @@ void check_axes(const Figure& f) {
   if (f.right && !(f.right->limits && f.right->limits->low < f.right->limits->high))
     throw Error("y2lim: the first limit must be below the second");
   for (int n : f.size)
-    if (n && (n < 100 || n > 10000))
-      throw Error(
-          text("size = {", f.size[0], ", ", f.size[1], "}: width and height must lie between 100 and 10000"));
+    if (n && (n < least_pixels || n > most_pixels))
+      throw Error(text("size = {", f.size[0], ", ", f.size[1], "}: width and height must lie between ",
+                       least_pixels, " and ", most_pixels, " pixels"));
 }
 
 /// Counts the points of series k that can be drawn and adds a note with the reasons for the others.
@@ -140,6 +143,7 @@ bool inside(const Figure& f, const Series& s, Index i, int except) {
 }
 
 bool near(double value, Range r) {
+  // a line across the figure widens it threefold at most; values that hardly vary have a span of 10 % of them
   const double room = 2 * std::max(r.span(), 0.1 * std::max(std::abs(r.low), std::abs(r.high)));
   return value >= r.low - room && value <= r.high + room;
 }
@@ -197,16 +201,18 @@ size_t position_of(const std::string& name, const std::vector<std::string>& name
 Range widened(Range r, bool log, double margin) {
   if (log) {
     const double decades = std::log10(r.high) - std::log10(r.low);
-    const double pad = decades < 1e-9 ? 0.5 : margin * decades;
+    constexpr double constant = 1e-9;  // values that are equal but for rounding get half a decade
+    const double pad = decades < constant ? 0.5 : margin * decades;
     return {std::max(r.low * std::pow(10, -pad), std::numeric_limits<double>::min()),
             std::min(r.high * std::pow(10, pad), std::numeric_limits<double>::max())};
   }
   const double size = std::max(std::abs(r.low), std::abs(r.high));
-  if (!std::isfinite(r.span()) || size > 1e300)
+  if (!std::isfinite(r.span()) || size > 1 / least_size)
     throw Error(text("the values reach from ", rounded(r.low, 3), " to ", rounded(r.high, 3),
                      ", too far for a linear axis; set xlim or ylim, or use semilogy"));
-  if (size < 1e-300) return {-1, 1};
-  if (r.span() <= 1e-13 * size) return {r.low - 0.05 * size, r.high + 0.05 * size};
+  constexpr double rounding = 1e-13;  // 450 ε: numbers on the axis would differ beyond the 13th digit
+  if (size < least_size) return {-1, 1};
+  if (r.span() <= rounding * size) return {r.low - 0.05 * size, r.high + 0.05 * size};
   const double pad = margin * r.span();
   return {r.low - pad, r.high + pad};
 }
@@ -292,7 +298,7 @@ Range visible(const Figure& f, int axis) {
   Range own = range_of_data(f, axis);
   if (!f.equal || f.three_d || f.axes[axis].limits) return own;
   // of the other side; a vertical line with equal axes needs a frame of some width
-  constexpr double narrowest = 0.3;
+  constexpr double narrowest = 0.3;  // a choice
   const double missing = narrowest * range_of_data(f, 1 - axis).span() - own.span();
   if (missing > 0) own = {own.low - missing / 2, own.high + missing / 2};
   return own;

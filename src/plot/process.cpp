@@ -118,7 +118,8 @@ std::string listen(int fd) {
     char buffer[4096];
     const ssize_t n = read(fd, buffer, sizeof buffer);
     if (n == 0) return said;
-    if (n > 0 && said.size() < 100000) said.append(buffer, static_cast<size_t>(n));
+    constexpr std::size_t most = 100'000;  // characters of an error message; the rest is read and dropped
+    if (n > 0 && said.size() < most) said.append(buffer, static_cast<size_t>(n));
     if (n < 0 && errno != EINTR && errno != EAGAIN) return said;
   }
 }

@@ -70,8 +70,9 @@ LegendPlace legend_place(const Figure& figure) {
     length += 6 + own;
     longest = std::max(longest, own);
   }
-  if (length <= 80) return LegendPlace::above;
-  return longest <= 25 ? LegendPlace::right : LegendPlace::below;
+  constexpr size_t frame = 80, beside = 25;  // characters; a legend of 25 takes a third of the page
+  if (length <= frame) return LegendPlace::above;
+  return longest <= beside ? LegendPlace::right : LegendPlace::below;
 }
 
 std::string preamble(const Figure& figure, const std::string& format) {
@@ -110,15 +111,16 @@ std::string note_labels(const Figure& figure) {
 std::vector<Index> thinned(const Figure& f, const Series& s) {
   std::vector<Index> kept;
   const Index n = s.x.size();
+  constexpr Index few = 3000;  // points that make a file of 100 KB at most
   if (!f.three_d &&
-      (s.style == Style::cells || s.style == Style::steps || s.style == Style::impulses || n < 3000)) {
+      (s.style == Style::cells || s.style == Style::steps || s.style == Style::impulses || n < few)) {
     for (Index i = 0; i < n; ++i) {
       if (s.starts_at(i)) kept.push_back(-1);
       kept.push_back(drawable(f, s, i) ? i : -1);
     }
     return kept;
   }
-  constexpr double resolution = 1.0 / 4000;  // of the width and height of the frame
+  constexpr double resolution = 1.0 / 4000;  // of the width and height of the frame: a fifth of a pixel
   const int axes = f.three_d ? 3 : 2;
   Range range[3];
   for (int a = 0; a < axes; ++a) range[a] = visible(f, a);

@@ -44,6 +44,7 @@ Terminal terminal_of(int descriptor) {
 
 std::string draw(const Figure& figure, const Terminal& terminal) {
   Terminal t = terminal;
+  // smaller ones have no room for numbers, larger ones are no easier to read
   t.columns = std::clamp(t.columns, 30, 120);
   t.rows = std::clamp(t.rows, 12, 60);
   std::string out = figure.three_d ? draw_solid(figure, t) : draw_flat(figure, t);

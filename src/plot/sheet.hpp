@@ -47,6 +47,7 @@ std::vector<std::string> note_lines(const Figure& figure, int columns);
 /// The notes as they stand below a picture: quiet, a line each.
 std::string note_text(const Figure& figure, const Terminal& terminal);
 
+constexpr int mark_gap = 12;  ///< columns between the marks of a line: six in a frame of 72 columns
 /// Sets marks along a way, but not closer than `gap` columns (or 2 rows) to the one before.
 class Marker {
  public:
@@ -57,7 +58,7 @@ class Marker {
   Canvas& canvas_;
   const Look& look_;
   int gap_;
-  int column_ = -1000, row_ = -1000;
+  int column_ = -1000, row_ = -1000;  // of the last mark: none near the sheet
 };
 
 std::string draw_flat(const Figure& figure, const Terminal& terminal);   ///< braille.cpp

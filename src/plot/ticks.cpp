@@ -9,17 +9,22 @@
 namespace pendula::plot {
 namespace {
 
+/// Of a quotient by the step, or of a logarithm: some ε each, so that an end of the range counts as inside.
+constexpr double tick_rounding = 1e-9;
+
 double power_of_ten(int n) { return std::pow(10.0, n); }
 
 /// Smallest 1, 2 or 5 times a power of ten that is at least `raw`.
 double nice_step(double raw) {
   const double unit = power_of_ten(static_cast<int>(std::floor(std::log10(raw))));
   for (double m : {1.0, 2.0, 5.0})
-    if (m * unit >= raw * (1 - 1e-9)) return m * unit;
+    if (m * unit >= raw * (1 - tick_rounding)) return m * unit;
   return 10 * unit;
 }
 
-int decimals_of(double step) { return std::max(0, static_cast<int>(-std::floor(std::log10(step) + 1e-9))); }
+int decimals_of(double step) {
+  return std::max(0, static_cast<int>(-std::floor(std::log10(step) + tick_rounding)));
+}
 
 std::string fixed(double value, int decimals) {
   char buffer[64];
@@ -35,19 +40,21 @@ std::string power_text(int n) { return "10" + superscript(n); }
 void write_numbers(Ticks& t, Range range, double step) {
   const double size = std::max(std::abs(t.at.front()), std::abs(t.at.back()));
   double offset = 0;
+  constexpr double shown_digits = 5, large = 1e5,
+                   small = 1e-3;  // numbers that are read without a power of ten
   if (size > 0 &&
-      std::log10(size / step) > 5) {  // 9.8100001, 9.8100002 would differ in the eighth digit only
+      std::log10(size / step) > shown_digits) {  // 9.8100001, 9.8100002 differ in the eighth digit only
     const double block = power_of_ten(static_cast<int>(std::ceil(std::log10(range.span()))));
     offset = std::floor(range.low / block) * block;
   }
   double largest = 0;
   for (double v : t.at) largest = std::max(largest, std::abs(v - offset));
   int exponent = 0;
-  if (largest > 0 && (largest >= 1e5 || largest < 1e-3))
-    exponent = static_cast<int>(std::floor(std::log10(largest) + 1e-9));
+  if (largest > 0 && (largest >= large || largest < small))
+    exponent = static_cast<int>(std::floor(std::log10(largest) + tick_rounding));
   const double unit = power_of_ten(exponent);
   // decimals of step / unit from the exponents: the quotient itself may be 0.9999…
-  const int decimals = decimals_of(step / unit * (1 + 1e-9));
+  const int decimals = decimals_of(step / unit * (1 + tick_rounding));
   for (double v : t.at) t.text.push_back(fixed((v - offset) / unit, decimals));
   if (exponent) t.suffix = "×" + power_text(exponent);
   if (offset != 0) {
@@ -63,7 +70,10 @@ std::string mantissa_text(int mantissa, int exponent, bool plain) {
   return mantissa == 1 ? power_text(exponent) : std::to_string(mantissa) + "·" + power_text(exponent);
 }
 
-bool contains(Range r, double v) { return v >= r.low * (1 - 1e-12) && v <= r.high * (1 + 1e-12); }
+bool contains(Range r, double v) {
+  constexpr double last_bits = 1e-12;  // of powers of ten: 4500 ε
+  return v >= r.low * (1 - last_bits) && v <= r.high * (1 + last_bits);
+}
 
 }  // namespace
 
@@ -71,7 +81,8 @@ namespace {
 
 Ticks multiples(Range range, double step) {
   Ticks t;
-  const double first = std::ceil(range.low / step - 1e-9), last = std::floor(range.high / step + 1e-9);
+  const double first = std::ceil(range.low / step - tick_rounding),
+               last = std::floor(range.high / step + tick_rounding);
   for (double k = first; k <= last; ++k) t.at.push_back(k * step == 0 ? 0 : k * step);
   if (t.at.empty()) t.at.push_back(range.low);
   write_numbers(t, range, step);
@@ -83,26 +94,27 @@ Ticks multiples(Range range, double step) {
 Ticks ticks_of_step(Range range, int count, double step) {
   const double fitting = range.span() / std::max(1, count);
   double stride = 1;
-  while (stride * step < 0.75 * fitting) stride *= 2;
+  while (stride * step < 0.75 * fitting) stride *= 2;  // up to a third more ticks than asked for
   if (stride * step > range.span()) return linear_ticks(range, count);  // a single number shows no scale
   return multiples(range, stride * step);
 }
 
 Ticks linear_ticks(Range range, int count, double step_min) {
   double step = nice_step(std::max(range.span() / std::max(1, count), step_min));
-  const auto first = [&] { return std::ceil(range.low / step - 1e-9); };
-  const auto last = [&] { return std::floor(range.high / step + 1e-9); };
+  const auto first = [&] { return std::ceil(range.low / step - tick_rounding); };
+  const auto last = [&] { return std::floor(range.high / step + tick_rounding); };
   if (last() - first() < 1)
     step = std::max(nice_step(0.4 * step), step_min);  // a single number shows no scale
   return multiples(range, step);
 }
 
 Ticks log_ticks(Range range, int count) {
-  const int lowest = static_cast<int>(std::ceil(std::log10(range.low) - 1e-9));
-  const int highest = static_cast<int>(std::floor(std::log10(range.high) + 1e-9));
+  const int lowest = static_cast<int>(std::ceil(std::log10(range.low) - tick_rounding));
+  const int highest = static_cast<int>(std::floor(std::log10(range.high) + tick_rounding));
   const int decades = highest - lowest + 1;
   Ticks t;
-  if (decades <= 12)
+  constexpr int most_minor = 12;  // decades: a hundred minor marks
+  if (decades <= most_minor)
     for (int e = lowest - 1; e <= highest; ++e)
       for (int m = 2; m <= 9; ++m)
         if (contains(range, m * power_of_ten(e))) t.minor.push_back(m * power_of_ten(e));

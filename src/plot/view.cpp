@@ -13,6 +13,7 @@ View::View(const Figure& figure) {
     ranges_[a] = visible(figure, a);
     longest = std::max(longest, range(a).span());
   }
+  // sides of the box; with equal axes a flat one keeps 2 % of the longest
   const Point3 brick{1.0, 1.0, 0.75};
   for (size_t a = 0; a < 3; ++a)
     side_[a] = figure.equal ? std::max(ranges_[a].span() / longest, 0.02) : brick[a];
@@ -44,7 +45,8 @@ std::array<int, 3> View::near_end() const {
   for (size_t a = 0; a < 3; ++a) {
     Point3 unit{0, 0, 0};
     unit[a] = 1;
-    end[a] = rotated(unit).near >= -1e-12 ? 1 : -1;
+    constexpr double rounding = 1e-12;  // of a rotation: seen along an axis, its far end is the near one
+    end[a] = rotated(unit).near >= -rounding ? 1 : -1;
   }
   return end;
 }
@@ -53,10 +55,11 @@ std::array<int, 3> View::numbered_edge(int axis) const {
   const auto near = near_end();
   if (axis == 0) return {0, near[1], -near[2]};
   if (axis == 1) return {near[0], 0, -near[2]};
+  constexpr double same_place = 1e-9;  // of the box: of edges above each other the first one
   std::array<int, 3> leftmost{-1, -1, 0};
   for (int x : {-1, 1})
     for (int y : {-1, 1})
-      if (corner({x, y, 0}).right < corner(leftmost).right - 1e-9) leftmost = {x, y, 0};
+      if (corner({x, y, 0}).right < corner(leftmost).right - same_place) leftmost = {x, y, 0};
   return leftmost;
 }
 
@@ -92,7 +95,9 @@ void DepthMap::triangle(const Seen& a, const Seen& b, const Seen& c) {
   const double ax = to_cell(a.right), ay = to_cell(a.up), bx = to_cell(b.right), by = to_cell(b.up);
   const double cx = to_cell(c.right), cy = to_cell(c.up);
   const double area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay);
-  if (!(std::abs(area) > 1e-9)) return;  // seen edge-on, or NaN
+  constexpr double none = 1e-9;          // of a cell
+  constexpr double on_edge = 1e-9;       // of a side: neighbouring triangles leave no gap
+  if (!(std::abs(area) > none)) return;  // seen edge-on, or NaN
   const auto bound = [](double v) { return static_cast<int>(std::clamp(v, 0.0, cells - 1.0)); };
   const int x0 = bound(std::floor(std::min({ax, bx, cx}))), x1 = bound(std::ceil(std::max({ax, bx, cx})));
   const int y0 = bound(std::floor(std::min({ay, by, cy}))), y1 = bound(std::ceil(std::max({ay, by, cy})));
@@ -100,7 +105,7 @@ void DepthMap::triangle(const Seen& a, const Seen& b, const Seen& c) {
     for (int x = x0; x <= x1; ++x) {  // barycentric coordinates of the raster point
       const double v = ((x - ax) * (cy - ay) - (cx - ax) * (y - ay)) / area;
       const double w = ((bx - ax) * (y - ay) - (x - ax) * (by - ay)) / area;
-      if (v < -1e-9 || w < -1e-9 || v + w > 1 + 1e-9) continue;
+      if (v < -on_edge || w < -on_edge || v + w > 1 + on_edge) continue;
       double& depth = nearest_[static_cast<size_t>(y) * cells + static_cast<size_t>(x)];
       depth = std::max(depth, a.near + v * (b.near - a.near) + w * (c.near - a.near));
     }

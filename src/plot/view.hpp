@@ -53,7 +53,7 @@ class DepthMap {
   bool hides(const Seen& point) const;
 
  private:
-  static constexpr int cells = 256;
+  static constexpr int cells = 256;  ///< three pixels of a page each, 0.5 MB of depths
   void triangle(const Seen& a, const Seen& b, const Seen& c);
   double reach_;  ///< the raster covers [-reach, reach]²
   std::vector<double> nearest_;

@@ -22,8 +22,8 @@ double ratio(double r, const double (&n)[8], const double (&d)[7]) {
 /// log(Γ(a) Γ(b)/Γ(a + b)). For large arguments the terms cancel, therefore the difference is computed with
 /// Stirling's series (A = lnΓ(z) - (z - ½) ln z + z - ½ ln 2π, Abramowitz & Stegun 6.1.41).
 double log_beta(double a, double b) {
-  // The first term that Stirling's series leaves out is 0.0019/z¹¹, 2e-16 at 15. Terms of the difference are up
-  // to lgamma(1000) = 5905, which costs four of sixteen digits.
+  // Stirling's series leaves out 0.0019/z¹¹, 2e-16 at 15, and terms up to lgamma(1000) = 5905 cost four of
+  // sixteen digits.
   constexpr double large = 15, cancels = 1e3;
   if (std::min(a, b) < large && std::max(a, b) < cancels)
     return std::lgamma(a) + std::lgamma(b) - std::lgamma(a + b);

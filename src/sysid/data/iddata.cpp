@@ -60,7 +60,7 @@ void remove_trend(Mat& m, Vec& offset, Vec& slope, Trend trend) {
 }
 
 /// Of a sample: i Ts/Ts₀ errs by ε of itself, which is less up to 4·10⁶ samples.
-constexpr double rounding = 1e-9;
+constexpr double sample_rounding = 1e-9;
 
 /// A signal of one experiment, resampled at the new times. Low-pass: sin(πz)/(πz) over ten zeros to each side
 /// under Hamming's window, whose stop band lies 53 dB below the pass band.
@@ -70,13 +70,13 @@ Vec resampled(const Vec& x, Index count, double ratio, Resampling how) {
   const double pi = std::acos(-1.0);
   for (Index i = 0; i < count; ++i) {
     const double s = static_cast<double>(i) * ratio;
-    const Index below = std::min<Index>(static_cast<Index>(std::floor(s + rounding)), x.size() - 1);
+    const Index below = std::min<Index>(static_cast<Index>(std::floor(s + sample_rounding)), x.size() - 1);
     if (how == Resampling::hold) {
       out[i] = x[below];
     } else if (how == Resampling::linear) {
       const double part = std::clamp(s - static_cast<double>(below), 0.0, 1.0);
-      out[i] =
-          part < rounding || below + 1 >= x.size() ? x[below] : (1 - part) * x[below] + part * x[below + 1];
+      out[i] = part < sample_rounding || below + 1 >= x.size() ? x[below]
+                                                               : (1 - part) * x[below] + part * x[below + 1];
     } else {
       double sum = 0, weights = 0;
       const Index from = std::max<Index>(0, static_cast<Index>(std::ceil(s - reach)));
@@ -235,7 +235,7 @@ IdData resample(const IdData& d, double Ts, Resampling how) {
   Index total = 0;
   for (Index k = 0; k < d.experiments(); ++k) {
     const Index n = d.end(k) - d.starts[k];
-    const double count = std::floor(static_cast<double>(n - 1) / ratio + rounding) + 1;
+    const double count = std::floor(static_cast<double>(n - 1) / ratio + sample_rounding) + 1;
     constexpr double most = 1e8;  // samples: 0.8 GB per signal
     if (count > most) throw Error(text("Ts = ", shortest(Ts), " would make ", count, " samples"));
     out.starts.push_back(total);
