@@ -20,17 +20,17 @@ lazy({ name = "roots", sig = "roots(e, x) -> list",
   text = [[The solutions of e = 0 (or of an equation) for one symbol, in closed form: polynomials up to
     degree 4 and powers, after factorisation over ℚ (Cardano, cosines where a cubic has three real roots,
     Ferrari), sines, exponentials, logarithms and roots of the unknown. list[i] is a root, .when[i] where
-    it is one, .complex the pairs { re =, im = }, .conditions what has to hold for all. Other polynomials
-    with numbers get numbers.]],
+    it is one, .complex the pairs { re =, im = }, .conditions the conditions for all of them. Other
+    polynomials with numbers get numbers.]],
   example = 'x = var "x"  return roots(x^3 - x, x)',
   gives = "x = -1\nx = 0\nx = 1" },
   "algebra/solve")
 
 lazy({ name = "solve_equations", sig = "solve_equations({ equations }, { unknowns }) -> list of solutions",
   text = [[All solutions of a system of polynomial or triangular equations in closed form: each factor is
-    solved separately, equations that are linear in an unknown are solved for it, resultants eliminate what is
-    left; a root that only Cardano or Ferrari writes keeps its name and its equation. A solution answers s[x]
-    and s.x. solve(equations, unknowns) is the same.]],
+    solved separately, equations that are linear in an unknown are solved for it, resultants eliminate the
+    others; a root that needs the formulas of Cardano or Ferrari keeps its name and its equation. A solution
+    has its values as s[x] and s.x. solve(equations, unknowns) is the same.]],
   example = 'x, y = vars "x y"  return solve_equations({ x + y ~ 3, x*y ~ 2 }, { x, y })',
   gives = "x = 2,  y = 1\nx = 1,  y = 2" },
   "algebra/solve")
@@ -38,7 +38,7 @@ lazy({ name = "solve_equations", sig = "solve_equations({ equations }, { unknown
 lazy({ name = "equilibria", sig = "equilibria(sys [, { params =, inputs =, within = }]) -> list",
   text = [[The points at which all derivatives are 0. In symbols where no values are given (params =
     true takes those of the model); each with its linearisation A and the characteristic polynomial, for
-    mechanisms with constraints in any form det(s E - A) of what they leave free, and stability: by the
+    mechanisms with constraints in any form det(s E - A) of the free motions, and stability: by the
     eigenvalues where they are numbers, else the conditions of Hurwitz. list[1][x], list[1].A,
     list[1].modes, list[1].stable. Where there is no closed form, within = { T = { 300, 450 }, … } searches a
     box in numbers, by Newton's method from many points of it.]],
@@ -90,14 +90,14 @@ lazy({ name = "explain_step", sig = "explain_step(sys, method) -> step",
 
 lazy({ name = "order_conditions", sig = "order_conditions(p [, tab]) -> conditions",
   text = [[The conditions for order p = 1 … 6 of a Runge-Kutta method, one for each rooted tree, as sums over
-    bᵢ, aᵢⱼ, cᵢ; with a tableau also what they are for it.]],
+    bᵢ, aᵢⱼ, cᵢ; with a tableau also their values for it.]],
   example = "order_conditions(3)",
   gives = "order 1  Σ bᵢ = 1\norder 2  Σ bᵢ cᵢ = 1/2\norder 3  Σ bᵢ aᵢⱼ cⱼ = 1/6\norder 3  Σ bᵢ cᵢ² = 1/3" },
   "tableaus/symbolic")
 
 lazy({ name = "symbolic_tableau", sig = "symbolic_tableau{ A =, b =, c = } -> tableau with symbols",
   text = [[A tableau with symbols among its coefficients; tableau{…} with symbols gives the same. It has
-    tab:order_conditions(p), tab:solve(p) for what the conditions leave free, tab:subs{ [a] = 1 },
+    tab:order_conditions(p), tab:solve(p) for the coefficients of order p, tab:subs{ [a] = 1 },
     which is an ordinary tableau once all symbols have numbers, tab:stability_function(z) and
     tab:latex().]],
   example = 'a = param "a"  return symbolic_tableau { A = { {0, 0}, {a, 0} }, b = { 1 - 1/(2*a), 1/(2*a) } }'

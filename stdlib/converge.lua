@@ -116,5 +116,5 @@ doc { name = "convergence:plot", module = "integrate", sig = "t:plot() -> figure
   function(self) return study().figure_of(contents("convergence", self)) end }
 
 doc { name = "convergence:__tostring", module = "integrate", sig = "print(t)",
-  text = "The table of errors and slopes; what stays below its order is named.",
+  text = "The table of errors and slopes, with the methods that stay below their order.",
   function(self) return study().text_of(contents("convergence", self)) end }

@@ -20,6 +20,6 @@ doc { name = "view", module = "plot",
   gives = "<mfrac><msup><mi>x</mi><mn>2</mn></msup><mn>3</mn></mfrac>",
   options = { option("file", "string", "the name of the page; without it a temporary file"),
     option("open", "boolean", "whether the browser shows it", "true"),
-    option("slider", "string", "of a list of figures: the name of what changes"),
+    option("slider", "string", "of a list of figures: the name of the quantity that changes"),
     option("values", "list", "its values, one for each figure") }, options_at = 2,
   function(x, options) return document.view(x, options) end }

@@ -87,7 +87,7 @@ end
 local function explain_start(at)
   section("what it is", tostring(at):match "^[^\n]*")
   section("definition", prose [[A start is consistent if it satisfies the equations, every hidden constraint
-    (sys:constraints()) and every fixed value. What is fixed is a condition; a guess is only where Newton's
+    (sys:constraints()) and every fixed value. A fixed value is a condition; a guess is only where Newton's
     method begins; nothing else becomes an equation. Free values stay as near to their guess as the equations
     allow, in units that are estimated from the terms of the equations.]])
   section("ledger", at:ledger())
@@ -135,8 +135,8 @@ local errors = {
     [[The structural analysis counts how often variables and equations must be differentiated. It is right
       where the system Jacobian J_ij = ∂F_i/∂x_j^(d_j - c_i) is regular. Where J is singular its answer may be
       wrong, and is not given as the true one.]],
-    [[sys:structure() says where J is singular and what was tried instead; for linear models sys:pencil() is
-      exact.]],
+    [[sys:structure() says where J is singular and which methods were tried instead; for linear models
+      sys:pencil() is exact.]],
     "Pryce, BIT 41(2), 2001; Reißig, Martinson & Barton, SIAM J. Sci. Comput. 21(6), 2000" },
   { "structurally singular",
     [[No assignment gives every equation an unknown of its own: one part of the model has too many equations,

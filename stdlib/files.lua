@@ -117,10 +117,10 @@ end
 doc { name = "save", module = "files", title = "Files", sig = "save(file [, value])",
   text = [[Writes a value to a file that load turns into the same value, in a new session too: models (with
     name, parameter values and form), expressions, matrices, equations, starts, data, linear systems,
-    tableaus, distributions, solutions (with what lies between their points), figures, numbers, texts
+    tableaus, distributions, solutions (with the interpolation between their points), figures, numbers, texts
     and tables of these. Estimates (fit, arx, spa, …), newton, converge and sweeps in memory are kept as the
     call that made them, which load makes again. Of any other result the fields are kept, as a table. A
-    solution keeps what integrate was asked for but for Lua functions: inputs become expressions or
+    solution keeps the options of integrate except Lua functions: inputs become expressions or
     samples. A sweep in a store (sweep{ …, store = "runs.db" }) is there already. save "work.pend" without a
     value keeps all variables of the session. The ending chooses other formats: .tex is a LaTeX
     document of whatever has latex(), or of a list of these, of figures (PDF files beside it) and of texts;

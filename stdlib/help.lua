@@ -182,7 +182,7 @@ end
 local function overview()
   say("Lua 5.4 and a vocabulary for dynamic systems.")
   for _, line in ipairs(wrapped('help "name" explains a name or a concept, help "several words" searches, '
-    .. 'help(value) explains a value, apropos "word" lists what mentions it, examples "name" shows it in '
+    .. 'help(value) explains a value, apropos "word" searches all help texts, examples "name" shows it in '
     .. 'use. '
     .. 'The tour: scripts/tour.lua; the language: docs/language.md.', columns())) do say(line) end
   say()
@@ -358,7 +358,7 @@ doc { name = "apropos", module = "help", sig = "apropos(word)",
   end }
 
 doc { name = "examples", module = "help", sig = "examples(name)",
-  text = "Shows the examples of a name and every other example that uses it, with what they print.",
+  text = "Shows the examples of a name and every other example that uses it, with their output.",
   example = 'examples "apropos"',
   function(name)
     if type(name) ~= "string" then fail 'examples: expected a name, as in examples "help"' end

@@ -45,14 +45,14 @@ doc { name = "basins:plot", module = "newton", sig = "b:plot() -> figure",
 -- ── sweep ──────────────────────────────────────────────────────────────────────────────────────────────────
 
 doc { name = "sweep:plot", module = "sweep", sig = "s:plot(e [, t]) -> figure",
-  text = [[The value of an expression at the end (or at time t) over what varied first. Trajectories:
+  text = [[The value of an expression at the end (or at time t) over the first varied parameter. Trajectories:
     plot(s.t, s(e)).]],
   example = [[
     x, k = var "x", param "k"
     s = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = {1, 2, 3} } })
     s:plot(x)]], gives = "figure: 1 series, 3 points",
   function(s, e, at)
-    if e == nil then fail "plot: what is to be drawn? write s:plot(x)" end
+    if e == nil then fail "plot: expected an expression to draw: s:plot(x)" end
     local name, values = s.names[1], at and s(e, at) or s:final(e)
     return plot(s.params[name], values, { xlabel = name,
       ylabel = tostring(e) .. (at and (" at t = %g"):format(at) or " at the end"),

@@ -72,7 +72,8 @@ local kinds = {
 }
 for _, group in ipairs(kinds) do
   for kind in group[2]:gmatch "[^,%s][^,]*" do
-    doc { name = kind .. ":latex", module = group[1], sig = "x:latex() -> string", text = "What print says.",
+    doc { name = kind .. ":latex", module = group[1], sig = "x:latex() -> string",
+      text = "The printed form in LaTeX.",
       describe = function(row) include "latex_kinds".describe(row, kind) end,
       function(value) return include "latex_kinds".fragment(kind, value) end }
   end

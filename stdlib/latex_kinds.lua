@@ -101,11 +101,11 @@ local refusals = { figure = "plot({1, 2}):latex()", surface = "surface(math.max,
 --- Text and example of the row of a kind, where they differ from others, when help or a test reads it first.
 function M.describe(row, kind)
   row.sig = specimens[kind][1] .. ":latex() -> string"
-  row.text = texts[kind] or ("What print says of a value of type %s in LaTeX: tables, matrices, sentences "
+  row.text = texts[kind] or ("The printed form of a value of type %s in LaTeX: tables, matrices, sentences "
     .. "with their formulas. It needs amsmath."):format(kind)
   if examples[kind] then row.example, row.gives = table.unpack(examples[kind]) end
   if refusals[kind] then
-    row.text = "An error that says what to write instead: there is no LaTeX text of it."
+    row.text = "There is no LaTeX text of it: an error that names the call to write instead."
     row.example = "expect(function() return " .. refusals[kind] .. ' end):fails "has no LaTeX text"'
   end
 end

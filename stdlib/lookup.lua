@@ -241,7 +241,7 @@ doc { name = "lookup", sig = "lookup{ x =, y =, kind =, outside = } -> function"
   options = { option("x", "list of numbers", "where the points are, growing"),
     option("y", "list", "values there; with z the places of the second variable"),
     option("z", "list of lists", "values of a table of two variables", ""),
-    option("kind", "string", "what lies between the points", '"linear"', "linear|pchip|spline|previous"),
+    option("kind", "string", "interpolation between points", '"linear"', "linear|pchip|spline|previous"),
     option("outside", "string", "before the first and after the last point", '"hold"', "hold|extend") },
   options_at = 1,
   function(o)

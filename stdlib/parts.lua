@@ -52,14 +52,14 @@ doc { name = "connector", module = module, title = title,
     option("reference", "string or boolean", "the across variable that is 0 at the ground"),
     option("pairs", "table", "which through variable belongs to an across variable"),
     option("idle", "table", "{ phi = 0 }: an angle where only parts meet that call self:idle(connector)"),
-    option("held_by", "string", 'what fixes a potential, for messages: "a fixed point or a mass"') },
+    option("held_by", "string", 'the parts that fix a potential, for messages: "a fixed point or a mass"') },
   options_at = 2,
   function(...) return parts().connector(...) end }
 
 doc { name = "connect", module = module, title = title,
   sig = 'connect(a, b, …) -> connection',
-  text = [[An entry of model{ … } or of what a component's function returns: these connectors are joined.
-    Each is a connector (R.p, self.R.p), its path as text ("R.p"), or an input or output of a signal.
+  text = [[An entry of model{ … } or of the table that a component's function returns: these connectors are
+    joined. Each is a connector (R.p, self.R.p), its path as text ("R.p"), or an input or output of a signal.
     connect(R.p) alone says that this connector stays open.]],
   example = [[
     e = components.electrical

@@ -59,10 +59,10 @@ end
 doc { name = "model:prepare", module = "integrate",
   sig = "sys:prepare{ form =, method =, inputs =, events =, sensitivities =, direct =, guards =, … } -> run",
   text = [[
-    A run to be repeated with other numbers: run{ start =, params =, rtol =, to = } is what
-    sys:reduce(form):integrate{ … } with all these options gives. The form is derived once; what depends on
-    the equations alone is kept as long as the run is. Numbers given to prepare hold where a call gives
-    none. run.model is the model that is integrated, run.options what was given.]],
+    A run to be repeated with other numbers: run{ start =, params =, rtol =, to = } has the
+    result of sys:reduce(form):integrate{ … } with all these options. The form is derived once, and data that
+    depend on the equations alone are kept as long as the run is. Numbers given to prepare hold where a call
+    gives none. run.model is the model that is integrated, run.options the given options.]],
   example = [[
     x, k = var "x", param "k"
     run = dae{ der(x) ~ -k*x }:prepare{ to = 1, rtol = 1e-10 }

@@ -51,7 +51,7 @@ reader.__index = reader
 
 function reader:fail(why)
   local _, lines = self.text:sub(1, self.at):gsub("\n", "\n")
-  fail(("load: %s:%d: %s; load reads what save wrote, dofile %q runs a script"):format(self.file, lines + 1,
+  fail(("load: %s:%d: %s; load reads files that save wrote, dofile %q runs a script"):format(self.file, lines + 1,
     why,
     self.file))
 end

@@ -49,7 +49,7 @@ doc { name = "who", module = "session", title = "The session", sig = "who()",
 local type_in_lua = type
 
 doc { name = "type", module = "session", sig = "type(value, …) -> string",
-  text = [[What a value is: "model", "solution", "expr" and so on; of what is not from here what Lua says:
+  text = [[The type of a value: "model", "solution", "expr" and so on; of other values that of Lua:
     "number", "table", "nil" ….]],
   example = 'x = var "x"  return type(x), type(dae { der(x) ~ 1 }), type(1)', gives = "expr model number",
   function(...)
@@ -111,8 +111,7 @@ doc { name = "ls", module = "session", sig = "ls([folder]) -> list",
 -- ── time ───────────────────────────────────────────────────────────────────────────────────────────────────
 
 doc { name = "timed", module = "session", sig = "timed(f) -> seconds, results …",
-  text = "Calls a function and says how long it took: the time on the processor, in s, then what it "
-    .. "returned.",
+  text = "Calls a function and returns its processor time in s, then its results.",
   example = "return select(2, timed(function() return 6*7 end))", gives = "42",
   function(f)
     if type(f) ~= "function" then fail "timed: expected a function: timed(function() return … end)" end

@@ -210,9 +210,7 @@ class Words {
       const auto i = end - static_cast<std::size_t>(k);
       falling = falling && run_.norm[i] < run_.norm[i - 1];
     }
-    if (!falling)
-      return text(start, " and it does not fall steadily: the iterates wander, perhaps there is no root near",
-                  help());
+    if (!falling) return text(start, " and it does not fall steadily: perhaps there is no root near", help());
     const double q =
         std::pow(run_.norm[end] / run_.norm[end - static_cast<std::size_t>(back)], 1.0 / std::max(1, back));
     const double more = std::ceil(std::log(settings_.tol / run_.norm[end]) / std::log(q));

@@ -114,7 +114,7 @@ DelaySystem exponential_of(const System& g) {
   const double slope = degree(num) == 1 ? number(num[1]) / unit : 0;
   if (slope > 0)
     throw Error(
-        text("exp(", pendula::rounded(slope, 6), " s) looks ahead in time: a delay is exp(-T*s) with T > 0"));
+        text("exp(", pendula::rounded(slope, 6), " s) is not causal: a delay is exp(-T*s) with T > 0"));
   const Expr gain = num.empty() || num[0].is_zero() ? Expr(1) : Expr(std::exp(number(num[0]) / unit));
   return made(make_tf({{{gain}, {1}}}, 1, 1), -slope);
 }
@@ -197,7 +197,7 @@ DelaySystem feedback(const DelaySystem& g1, const DelaySystem& g2, int sign) {
 
 DelaySystem inverse(const DelaySystem& g) {
   if (!g.delays.empty())
-    throw Error("the inverse of a delay looks ahead in time; a quotient needs a divisor without delay");
+    throw Error("the inverse of a delay is not causal; a quotient needs a divisor without delay");
   return made(inverse(g.core), 0);
 }
 

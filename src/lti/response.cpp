@@ -193,7 +193,9 @@ Vec from_zero(const Numbers& s, const Vec& t) {
     throw Error(text("the times of a discrete system are multiples of Ts = ", pendula::rounded(s.Ts),
                      ", but t[1] = ", pendula::rounded(t[0])));
   constexpr double most = 1e7;  // steps that are computed before the first time
-  if (steps > most) throw Error(text("t[1] = ", pendula::rounded(t[0]), " is ", steps, " samples after 0"));
+  if (steps > most)
+    throw Error(text("t[1] = ", pendula::rounded(t[0]), " is ", steps,
+                     " samples after 0; at most 10⁷ are computed before the first time"));
   const auto before = static_cast<Index>(steps);
   Vec all(before + t.size());
   for (Index k = 0; k < before; ++k) all[k] = static_cast<double>(k) * s.Ts;
@@ -241,12 +243,13 @@ Vec response_times(const System& given, std::optional<double> to) {
   const Horizon natural = horizon(g, Ts);
   const double end = to ? *to : natural.end;
   if (!std::isfinite(end))
-    throw Error("the slowest pole takes longer than a number can say; give the times, or the last of them");
+    throw Error("the slowest mode settles beyond the largest number; give the end or the times: step(G, 10)");
   if (Ts > 0) {
     const double steps = std::floor(end / Ts + time_rounding);
     constexpr double most = 1e6;  // far beyond what a plot shows; lsim takes more
     if (steps > most)
-      throw Error(text("up to t = ", pendula::rounded(end), " there are more than 10⁶ samples"));
+      throw Error(
+          text("up to t = ", pendula::rounded(end), " there are more than 10⁶ samples; give an earlier end"));
     const auto n = static_cast<Index>(std::max(to ? 0.0 : 10.0, to ? steps : std::min(steps, 1000.0)));
     return Vec::LinSpaced(n + 1, 0, Ts * static_cast<double>(n));
   }

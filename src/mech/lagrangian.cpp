@@ -105,7 +105,7 @@ void check_mass(const Lagrangian& s, const std::vector<Entry>& M, const std::vec
   for (int i = 0; i < n; ++i)
     if (N.cols() && N.row(i).norm() > rounding) free.push_back(to_text(s.q[i]));
   throw Error(text("the mass matrix is singular", m ? " on the directions the constraints leave free" : "",
-                   ": no kinetic energy resists a motion of ", join(free, ", "), ". Give it a mass in T",
+                   ": the kinetic energy is 0 for a motion of ", join(free, ", "), ". Give it a mass in T",
                    m ? ", or constrain it" : "", "; massless coordinates must be determined by constraints"));
 }
 

@@ -420,7 +420,7 @@ Tableau lobatto(const std::string& kind, long stages) {
     if (wanted != name && wanted != name.substr(3) && "LOBATTO" + name != wanted) continue;
     if (stages < 2 || stages > most_collocated)
       throw Error(text("lobatto(\"", name, "\", ", stages, "): the number of stages must be between 2 and ",
-                       most_collocated, "; the nodes 0 and 1 are always there"));
+                       most_collocated, ": 0 and 1 are always nodes"));
     const int s = static_cast<int>(stages);
     TableauData data =
         named(text("lobatto(", name, ", ", s, ")"), candidate.note,

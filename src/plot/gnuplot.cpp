@@ -310,7 +310,7 @@ static std::string darkened(std::string script) {
 }
 
 /// For a figure with equal axes and no given size: a sheet that fits the frame with the legend to its right.
-/// In pixels: frames as large as those of 800×500, beside 140×110 for numbers and labels; letters are 8.5 wide
+/// In pixels: frames like those of 800×500, beside 140×110 for numbers and labels; letters are 8.5 wide
 /// in a legend and 9 in a title.
 static Figure fitted(Figure f) {
   if (!f.equal || f.three_d || f.size[0] || f.size[1]) return f;

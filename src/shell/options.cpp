@@ -156,9 +156,9 @@ Without a script: an interactive session, or, if standard input is not a termina
   --json        with --safe: the outcome as JSON
   --no-color    no colour (also: the environment variable NO_COLOR)
   --version     print the version
-  --licences    print the licences of what the program is made of
+  --licences    print the licences of the program and its libraries
   --help        print this text
-  --            what follows is the script, whatever it looks like
+  --            the next argument is the script, also if it begins with -
 
 pendula test    runs scripted tests, files or all *.lua below a folder
 pendula report  runs a script and writes its text, code, results and figures as one page: report --help

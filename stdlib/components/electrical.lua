@@ -226,8 +226,8 @@ end, { text = "Bipolar transistor, transport version of Ebers and Moll.",
 e.opamp = component("opamp", {}, function(self)
   self.p, self.n, self.out = e.pin, e.pin, e.pin
   return { self.p.i ~ 0, self.n.i ~ 0, self.p.v ~ self.n.v }
-end, { text = "Ideal: no current and no voltage between the inputs p and n; the output gives what "
-  .. "that needs.",
+end, { text = "Ideal: no current and no voltage between the inputs p and n; the output supplies the "
+  .. "current and voltage that this needs.",
   source = "Tellegen's nullor; Horowitz & Hill, The Art of Electronics, ch. 4",
   example = [[
     m = model { V = e.source{ v = 1 }, R1 = e.resistor{ R = 1000 }, R2 = e.resistor{ R = 3000 },

@@ -127,7 +127,7 @@ h.centrifugal_pump = component("centrifugal_pump",
   self.a, self.b = h.port, h.port
   local q = self:var("q", { unit = "m^3/s" })
   return { self.a.q ~ q, self.b.q ~ -q, self.b.p - self.a.p ~ self.p0*(1 - q*abs(q)/self.qmax^2) }
-end, { text = "A parabola p = p0 (1 - q |q|/qmax²): what is pressed back meets more than p0.",
+end, { text = "A parabola p = p0 (1 - q |q|/qmax²): against a flow backwards the pressure exceeds p0.",
   source = "Pfleiderer, Die Kreiselpumpen, 1924",
   example = [[
     x = model { A = e.ambient{}, P = e.centrifugal_pump{ p0 = 12, qmax = 2 }, R = e.pipe{ R = 9 },

@@ -87,7 +87,7 @@ p.mixer = component("mixer", {}, function(self)
   local x1, x2 = self:input "x1", self:input "x2"
   local q, x = self:output("q", { unit = "m^3/s" }), self:output "x"
   return { q ~ q1 + q2, q*x ~ q1*x1 + q2*x2 }
-end, { text = "Two streams become one: what x stands for, a temperature or a concentration, is kept.",
+end, { text = "Two streams become one; x is conserved, a temperature or a concentration.",
   source = "balance of mass",
   example = [[
     x = model { M = e.mixer{}, connect("M.q1", 1), connect("M.x1", 10), connect("M.q2", 3), connect("M.x2",

@@ -15,8 +15,8 @@ concept { name = "stiffness", see = "model:integrate methods solution:stats",
 concept { name = "tolerances", see = "model:integrate",
   words = "tolerance rtol atol accuracy error control precision",
   text = [[The estimated error of every step stays below atol + rtol |x|: rtol is relative (1e-3: three
-    digits), atol says what is small in units of the variable. The error at the end is usually some ten
-    times larger; a second run with smaller tolerances shows it.]],
+    digits), atol is the size of negligible values, in units of the variable. The error at the end is usually
+    some ten times larger; a second run with smaller tolerances shows it.]],
   example = [[
     x = var "x"
     m = dae{ der(x) ~ -x }
@@ -88,7 +88,7 @@ concept { name = "order of a method", see = "converge tableau:order",
 
 concept { name = "stability of methods", see = "tableau:is tableau:report",
   words = "a-stable l-stable stability function region",
-  text = [[The stability function R(z) is what a step does to x′ = λx, z = λ dt. A-stable: |R| ≤ 1 in the
+  text = [[The stability function R(z) is the factor of a step for x′ = λx, z = λ dt. A-stable: |R| ≤ 1 in the
     left half plane; L-stable: also R(∞) = 0, so that fast modes vanish at once. tab:plot() draws the
     region.]],
   example = [[

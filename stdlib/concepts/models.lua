@@ -3,8 +3,8 @@
 concept { name = "model", see = "dae lagrange model",
   words = "system equations dae ode differential equation",
   text = [[A model is a list of equations between unknown functions of time, with parameters and inputs.
-    What is differentiated is a differential variable, the rest is algebraic. A model is a value: every
-    operation (with, reduce, first_order) returns a new one.]],
+    Unknowns whose derivatives occur are differential variables, the others are algebraic. A model is a
+    value: every operation (with, reduce, first_order) returns a new one.]],
   example = [[
     x, v = vars "x v"
     m = dae{ der(x) ~ v, der(v) ~ -x }
@@ -72,8 +72,8 @@ concept { name = "degrees of freedom", see = "model:dof model:init",
 concept { name = "consistent start", see = "model:init start start:ledger",
   words = "initial values initial value initialization initialisation consistency "
     .. "initial condition conditions",
-  text = [[Initial values that satisfy all equations, hidden ones included. init takes what is fixed and
-    what is guessed, and computes the rest; errors name the conflict or what is still free.]],
+  text = [[Initial values that satisfy all equations, hidden ones included. init takes fixed values
+    and guesses, and computes the rest; errors name the conflict or the values that are still free.]],
   example = [[
     x, y, z = vars "x y z"
     pendulum = dae{ der(x, 2) ~ -z*x, der(y, 2) ~ -z*y - 9.81, 0 ~ x^2 + y^2 - 1 }

@@ -121,8 +121,8 @@ concept { name = "networks and mechanisms", see = "model component connect compo
     .. "hydraulic thermal simscape diagram tree adapter",
   text = [[A model of parts: components.electrical, translational, rotational, planar, spatial, thermal,
     hydraulic, process and signals hold resistors, springs, friction, bodies, tanks; connect joins them.
-    print(components.electrical) lists what is there; m:tree() and m:diagram() show a model. What has
-    connectors of two kinds (dc_motor, rack, cylinder, heating_resistor) stands between two domains.]],
+    print(components.electrical) lists the components; m:tree() and m:diagram() show a model. Components
+    with connectors of two kinds (dc_motor, rack, cylinder, heating_resistor) connect two domains.]],
   example = [[
     m = components.translational
     cart = model { m = m.mass{ m = 2, s0 = 1, v0 = 0 }, c = m.spring{ k = 8 }, wall = m.fixed{},

@@ -25,7 +25,8 @@ doc { name = "estimator", module = "lti design",
     outputs ŷ, x̂. L: the transpose of place(G.A.T, G.C.T, poles), or lqe.]],
   example = "x, u = var \"x\", input \"u\"\nsys = dae{ der(x) ~ x + u }\n"
     .. "est = estimator(sys, 5, { y = x })\nprint(#sys:close{ u = -3*est.x[1], est }.equations)",
-  gives = "2", options = { option("y", "expression or list", "what is measured, of the model's variables") },
+  gives = "2",
+  options = { option("y", "expression or list", "the measured expressions of the model's variables") },
   options_at = 3, late "estimator" }
 
 doc { name = "ekf", module = "lti design",
@@ -39,7 +40,7 @@ doc { name = "ekf", module = "lti design",
     .. "Q = 0, R = 1,\n  start = { x = 0 }, P0 = 1e9 })\nreturn math.abs(r.x[2][1] - 2) < 1e-6",
   gives = "true", options = {
     option("data", "iddata", "the samples"),
-    option("y", "expression or list", "what they measure, of the model's variables"),
+    option("y", "expression or list", "the measured expressions of the model's variables"),
     option("Q", "number or matrix", "covariance that a sample adds to the states"),
     option("R", "number or matrix", "covariance of the measurements"),
     option("start", "table", "the states at the first sample: { x = 1 }", "", "@variables"),

@@ -99,7 +99,7 @@ local function copies(e, suffix)
 end
 
 local function column_of(y)
-  if y == nil then fail "estimator: y is missing: estimator(sys, L, { y = what is measured })" end
+  if y == nil then fail "estimator: y is missing: estimator(sys, L, { y = the measured expression })" end
   if type(y) == "table" and not object_type(y) then return named "vec" (y) end
   return object_type(y) == "matrix" and y or named "vec" { y }
 end

@@ -64,7 +64,7 @@ return function(words)
     os.remove(folder)
   elseif action == "--help" or action == "-h" then io.write(usage)
   else
-    fail("kernel: what to do? pendula kernel install."
+    fail("kernel: expected install or uninstall: pendula kernel install."
       .. did_you_mean(action or "", { "install", "uninstall" }))
   end
   return 0

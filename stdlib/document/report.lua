@@ -6,7 +6,7 @@ local usage = [[
 usage: pendula report [options] script.lua [arguments]
 
 Runs the script and writes one self-contained page: its text (comments that begin with ---, in Markdown), its
-code, what it prints with mathematics, its figures (:show() and :save), errors where they happened.
+code, its output with mathematics, its figures (:show() and :save), errors where they happened.
 
   -o FILE     the page, .html or .pdf (by chromium); without it script.html in this folder
   --timing    how long each statement took

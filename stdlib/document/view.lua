@@ -19,7 +19,9 @@ local function check_frames(x, options)
       fail(("view: entry %d of the list is not a figure but %s"):format(i, object_type(each) or type(each)))
     end
   end
-  if type(options.slider) ~= "string" then fail("view: slider is the name of what changes" .. usage) end
+  if type(options.slider) ~= "string" then
+    fail("view: slider is the name of the quantity that changes" .. usage)
+  end
   local values = options.values or {}
   if type(values) ~= "table" or options.values and #values ~= #x then
     fail(("view: %d figures need as many values%s"):format(#x, usage))

@@ -14,7 +14,7 @@ local input, output = option("input", "integer or string", "which input, by numb
   option("output", "integer or string", "which output", "1")
 local segment = option("segment", "integer", "samples of the pieces that are averaged")
 local level = option("level", "number", "probability of the bands", "0.95")
-local ic = option("ic", "string", "what is assumed before the first sample", '"estimate"', "zero|estimate")
+local ic = option("ic", "string", "the state before the first sample", '"estimate"', "zero|estimate")
 local recursive = { option("na", "integer", "past outputs: coefficients of A(q)"),
   option("nb", "integer", "past inputs: coefficients of B(q)"),
   option("nk", "integer", "delay of the input, in samples", "1"),
@@ -142,12 +142,12 @@ row("hammerstein",
     .. "r = hammerstein(iddata{ y = y, u = u }, { nb = 1, nf = 1, input = { function(x) return x end, "
     .. "function(x) return x^2 end } })\nprint((\"%.6f\"):format(r.c[2]/r.c[1]))", "0.300000")
 row("uncertain", "uncertain(mod [, build] [, { level = 0.95, input =, output = }]) -> uncertain system",
-  [[What the covariance of an estimate means: u:bode([w]), u:nyquist([w]), u:step([to]), u:poles(), each with
-    standard deviations and :plot() with bands. mod: an estimated model, a process model, or a fit of
-    parameters with a function from the parameters to a linear system.]], "uncertain",
+  [[The uncertainty of a model from the covariance of its estimate: u:bode([w]), u:nyquist([w]),
+    u:step([to]), u:poles(), each with standard deviations and :plot() with bands. mod: an estimated model,
+    a process model, or a fit of parameters with a function from the parameters to a linear system.]], "uncertain",
   "r = fir(iddata{ y = {0, 2.1, 0.9, 4.1, 1.9}, u = {1, 0.5, 2, 1, 0} }, { nb = 1 })\n"
     .. "b = uncertain(r):bode{ 1 }\nreturn math.abs(b.mag_std[1] - r.std[1]) < 1e-9", "true")
 row("idmodel:forecast", "mod:forecast(d, steps [, { u =, level = 0.95 }]) -> forecast",
-  [[What comes after the data, with its standard deviation and a picture: .t .y .std, :plot(). The future
+  [[The forecast after the data, with its standard deviation and a picture: .t .y .std, :plot(). The future
     inputs are needed where the model has some.]], "uncertain",
   "d = iddata{ y = {8, 4, 2, 1} }\nprint(arx(d, { na = 1 }):forecast(d, 2).y.T)", "0.5  0.25", "forecast")

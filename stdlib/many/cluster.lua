@@ -128,8 +128,7 @@ local function submit_lost(file, folder, on, state)
   end
   if #given_up > 0 and #given_up == #state.open then
     fail(("slurm: the shards %s were started %d times and never finished; the reasons are in %s/log.*. "
-      .. "What is "
-      .. "finished is in %s"):format(list_text(given_up), (on.retries or 3) + 1, folder, file))
+      .. "The finished runs are in %s"):format(list_text(given_up), (on.retries or 3) + 1, folder, file))
   end
   -- A shard that has just finished is neither in the queue nor in what was read before it: look again.
   if #lost > 0 then

@@ -3,7 +3,7 @@ local usage = [[
 usage: pendula sweep status FILE    how many runs and tasks are finished
        pendula sweep collect FILE   take finished shards into the store
        pendula sweep attach FILE    follow a sweep on a cluster until it is finished
-       pendula sweep cancel FILE    end its tasks; what is finished is kept, attach goes on
+       pendula sweep cancel FILE    end its tasks; finished runs are kept, attach continues
 ]]
 
 local verbs = {}

@@ -66,13 +66,13 @@ s = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, times = linspace(0,
 return s:fan(x, { 0.05, 0.25, title = "Decay" })]], gives = "figure 'Decay': 3 series, 63 points",
   options = pictured {}, late("pictures", "fan") }
 method("scatter", "s:scatter{ e, … } -> figure",
-  "One panel for each expression against each of what varies.", "pictures", nil, [[
+  "One panel for each expression against each varied parameter.", "pictures", nil, [[
 x, k, a = var "x", params "k a"
 s = sweep(dae{ der(x) ~ a - k*x }, { start = { x = 1 }, to = 1, runs = 64,
   params = { k = normal(1, 0.1), a = uniform(0, 1) } })
 return s:scatter{ x }]], "figure: 1 series, 64 points, 2 panels")
 method("convergence", "s:convergence(e [, t]) -> figure",
-  [[The mean over the first n runs with its 95 % interval, against n: what more runs would change.]],
+  [[The mean over the first n runs with its 95 % interval, against n: shows whether more runs are needed.]],
   "pictures", nil, runs "monte carlo" .. "return s:convergence(x)")
 method("sobol", "s:sobol(e [, { t =, bootstrap = 200, confidence = 0.95, seed = 0 }]) -> sobol_indices",
   [[Shares of the variance of an expression that each quantity explains alone (first) and with all others
@@ -90,13 +90,13 @@ s = sweep(dae{ der(x) ~ a - k*x }, { start = { x = 1 }, to = 1, runs = 30, desig
 m = s:morris(x)
 return m.names[2], m.mu_star[2] > 3*m.mu_star[1] ]], "k true")
 method("chaos", "s:chaos(e [, { degree = 3, t = }]) -> chaos",
-  [[A polynomial in what varies, orthonormal for its distributions, fitted to the runs with few terms:
-    c.mean, c.std, c.loo (leave-one-out error, as a share of the variance), c.terms, c:sobol(), c{ k = 1.2 }.
-    Blatman & Sudret, J. Comput. Phys. 230(6), 2011 (there by least angles; here by orthogonal matching
+  [[A polynomial in the varied parameters, orthonormal for their distributions, fitted to the runs with few
+    terms: c.mean, c.std, c.loo (leave-one-out error, as a share of the variance), c.terms, c:sobol(),
+    c{ k = 1.2 }. Blatman & Sudret, J. Comput. Phys. 230(6), 2011 (there by least angles; here by orthogonal matching
     pursuit).]], "chaos", { at_time, option("degree", "integer", "the highest degree of a term", "3") },
   runs "halton" .. 'print(("%.2f"):format(s:chaos(x, { degree = 2 }).mean))', "0.37")
 method("csv", "s:csv(file [, { expressions }])",
-  [[Writes one line per run: what varied, the values at the end, and why it failed.]], "tables",
+  [[Writes one line per run: the varied parameters, the values at the end, and why it failed.]], "tables",
   nil, three_runs .. [[
 name = os.tmpname()
 s:csv(name, { x })
@@ -142,10 +142,11 @@ end
 fields("probability", { { "p", "number", "The share." }, { "low", "number", "Lower end of the interval." },
   { "high", "number", "Upper end of the interval." }, { "count", "integer", "Runs for which it holds." },
   { "n", "integer", "Runs with a value." } })
-fields("sobol_indices", { { "names", "list", "What varies." }, { "first", "list", "First-order indices." },
+fields("sobol_indices", { { "names", "list", "The varied parameters." },
+  { "first", "list", "First-order indices." },
   { "total", "list", "Total indices." }, { "first_interval", "list", "{ low, high } of each first index." },
   { "total_interval", "list", "{ low, high } of each total index." } })
-fields("morris_effects", { { "names", "list", "What varies." }, { "mu", "list", "Mean effects." },
+fields("morris_effects", { { "names", "list", "The varied parameters." }, { "mu", "list", "Mean effects." },
   { "mu_star", "list", "Means of the sizes." }, { "sigma", "list", "Deviations." } })
 fields("reliability_result", { { "p", "number", "The probability." },
   { "cov", "number", "Its coefficient of variation; levels count as independent." },
@@ -212,13 +213,14 @@ of_fit("bootstrap", "r:bootstrap{ runs = 200, seed = 0, confidence = 0.95 } -> b
     b = r:bootstrap{ runs = 40 }
     print(b.low[1] < r(k) and r(k) < b.high[1])]], "true")
 of_fit("cross_validate", "r:cross_validate{ folds = 5 } -> cross_validation",
-  [[Each of `folds` blocks of samples is left out of one fit and predicted by it: c.rmse of what was left out,
-    c.folds by block.]],
+  [[Each of `folds` blocks of samples is left out of one fit and predicted by it: c.rmse of the samples
+    left out, c.folds by block.]],
   { option("folds", "integer", "blocks", "5"), workers },
   decay_fit .. "print(r:cross_validate{ folds = 3 }.rmse < 0.1)", "true")
 of_fit("starts", "r:starts{ runs = 20, spread = 1, lower =, upper =, seed = 0 } -> starts_result",
   [[Fits from random guesses, even between lower and upper ({ k = 0.1 }) where both are given, else about the
-    estimates by factors exp(±spread): s.best is the best fit, s.minima lists what was found and how often.]],
+    estimates by factors exp(±spread): s.best is the best fit, s.minima lists the minima and how often each
+    was found.]],
   { option("runs", "integer", "fits", "20"),
     option("spread", "number", "standard deviation of the logarithm of the factor", "1"),
     option("lower", "table", "least guesses by parameter"), option("upper", "table", "largest guesses"),
@@ -253,21 +255,21 @@ doc { name = "slurm", module = "sweep",
     .. "= {…}, "
     .. "shards =, retries = 3, program = }",
   text = [[For sweep{ …, store = "runs.db", on = slurm{ … } }: the runs become a job array of at most `tasks`
-    tasks at a time, each for one of `shards` shards. What is lost (node, preemption, time limit) is
+    tasks at a time, each for one of `shards` shards. Lost tasks (node, preemption, time limit) are
     submitted again, at most `retries` times. Nothing but the queue and the folder runs.db.d connects the two
-    sides: the session may end, attach "runs.db" goes on.]],
+    sides: the session may end, and attach "runs.db" continues in a new one.]],
   example = [[print(slurm{ tasks = 4, time = "10min" })]], gives = "slurm: 4 tasks at a time",
   options = { option("partition", "string", "where the jobs run"),
     option("account", "string", "who pays"),
     option("time", "string", "limit of a task, as sbatch reads it or \"2h\""),
     option("memory", "string", "of a task: \"4G\""),
-    option("modules", "string or list", "what is loaded before"),
+    option("modules", "string or list", "modules to load before"),
     option("options", "string or list", "more options of sbatch"),
     option("program", "string", "the path of pendula on the nodes"),
     option("tasks", "integer", "tasks at a time", "16"),
     option("shards", "integer", "pieces of the work"),
     option("cpus", "integer", "processors of a task"),
-    option("retries", "integer", "how often what is lost is submitted again", "3") },
+    option("retries", "integer", "how often lost tasks are submitted again", "3") },
   options_at = 1,
   function(options)
     parts.cluster = parts.cluster or include "many/cluster"

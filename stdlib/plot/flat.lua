@@ -65,7 +65,7 @@ doc { name = "solution:plot", module = "plot", sig = "sol:plot([what] [, options
   end }
 
 doc { name = "semilogy", module = "plot", sig = "semilogy(x, y [, options]) -> figure",
-  text = "Like plot, with a logarithmic y axis. What is not positive is left out and counted in a note.",
+  text = "Like plot, with a logarithmic y axis. Values that are not positive are left out and counted in a note.",
   example = "semilogy({1, 2, 3, 4}, {1, 0.1, 1e-3, 1e-7})", gives = "figure: 1 series, 4 points",
   options = options.flat,
   function(...) return plot_with("semilogy", { ylog = true }, ...) end }

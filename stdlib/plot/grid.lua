@@ -72,7 +72,7 @@ end
 local map_options = options.joined(options.named { "title", "xlabel", "ylabel", "xlim", "ylim", "size",
   "notes",
   "equal", "theme" }, { option("n", "integer", "cells in each direction where a range is given", "60"),
-  option("label", "string", "what the colours mean") })
+  option("label", "string", "the quantity that the colours show") })
 
 doc { name = "heatmap", module = "plot", sig = "heatmap(x, y, z [, options]) -> figure",
   text = "The values z of a function f(x, y), or of a matrix with one row per y, as colours over the plane. "

@@ -48,7 +48,7 @@ local function read_space(by, given, chosen)
   local series, axes, along = {}, nil, false
   local n = given.n
   if n == 1 and arguments.is_solution(given[1]) then
-    fail(by .. ": what is to be drawn of this solution? write plot3(sol, p) with a point p")
+    fail(by .. ": expected a point to draw of this solution: plot3(sol, p)")
   elseif n == 1 then
     series[1] = { points = curves.check_column(by, "the matrix of points", given[1]), count = 1 }
   elseif arguments.is_solution(given[1]) then

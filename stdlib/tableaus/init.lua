@@ -152,8 +152,8 @@ doc { name = "multistep:verify", module = "stability", title = title, sig = "met
 
 doc { name = "tableau:verify", module = "stability", title = title, sig = "tab:verify() -> verification",
   text = [[Measures the order on nonlinear, non-autonomous, stiff and DAE problems (index 1, 2, 3) and
-    compares, one-sided, with what the order conditions predict; order reduction is explained. Fields: ok,
-    rows, notes.]],
+    compares, one-sided, with the order that the order conditions predict; order reduction is explained.
+    Fields: ok, rows, notes.]],
   example = "rk.heun:verify().ok", gives = "true", function(tab) return analysis().verify(tab) end }
 doc { name = "tableau:plot", module = "stability", title = title, sig = "tab:plot() -> figure",
   text = "The boundary |R(z)| = 1 of the stability region.",

@@ -35,7 +35,7 @@ end)
 test("a library lists what is in it", function()
   local text = printed "print(components)"
   expect(text:find "^components: electrical, hydraulic," ~= nil):is_true()
-  expect(text:find "help%(components%) says what they are" ~= nil):is_true()
+  expect(text:find "help%(components%) explains them" ~= nil):is_true()
   expect(printed "print(rk)":find "dopri5" ~= nil):is_true()
   for line in printed "print(problems)":gmatch "[^\n]+" do expect(#line <= 80):is_true() end
 end)

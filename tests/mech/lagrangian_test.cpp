@@ -104,7 +104,7 @@ TEST_CASE("massless coordinates are legitimate when constraints determine them")
   mech::Lagrangian s;
   s.q = col({x, y});
   s.T = m * dot(x) * dot(x) / 2;
-  CHECK(message(s).find("no kinetic energy resists a motion of y") != std::string::npos);
+  CHECK(message(s).find("the kinetic energy is 0 for a motion of y") != std::string::npos);
   s.C = col({y - x * x});
   CHECK(message(s).empty());
 }

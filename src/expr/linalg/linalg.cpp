@@ -342,7 +342,7 @@ VecX characteristic(const MatX& a) {
 MatX implicit_jacobian(std::span<const Expr> r, std::span<const Expr> z, std::span<const Expr> y) {
   if (r.size() != z.size())
     throw Error(text("r has ", r.size(), r.size() == 1 ? " equation" : " equations", " but z has ", z.size(),
-                     z.size() == 1 ? " unknown" : " unknowns", ": they must be as many"));
+                     z.size() == 1 ? " unknown" : " unknowns", ": give one equation per unknown"));
   if (r.empty()) throw Error("r is empty; give the equations r(y, z) = 0 that determine z");
   const MatX rz = jacobian(r, z);
   try {

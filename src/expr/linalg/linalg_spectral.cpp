@@ -172,7 +172,7 @@ Expr value_of(const ExpPolynomial& r, Expr s) {
 Vec characteristic(const Mat& a) {
   if (a.rows() != a.cols())
     throw Error(text("the matrix must be square, not a ", a.rows(), "×", a.cols(), " matrix"));
-  if (!a.allFinite()) throw Error("the matrix has an entry that is no finite number");
+  if (!a.allFinite()) throw Error("the matrix has entries that are not finite numbers");
   const Eigen::Index n = a.rows();
   Vec c = Vec::Zero(n + 1);
   c[0] = 1;

@@ -28,7 +28,7 @@ struct Library {
 #ifdef PENDULA_FLINT
   void* handle = dlopen(PENDULA_FLINT, RTLD_NOW | RTLD_LOCAL);
   static constexpr const char* remedy =
-      PENDULA_FLINT ", which is not there (Debian: apt-get install libflint17)";
+      PENDULA_FLINT ", which is not installed (Debian: apt-get install libflint17)";
 #else
   void* handle = nullptr;
   static constexpr const char* remedy = "FLINT, which this program was built without (-DPENDULA_FLINT=OFF)";

@@ -153,7 +153,7 @@ constexpr Remedy foreign_globals[] = {
     {"elif elsif", "write elseif"},
     {"switch case", "write if … then … elseif … then … end"},
     {"def fun fn_def", "a function is function f(x) return x^2 end"},
-    {"var_dump typeof class", "write type(x); help(x) says what a value is"},
+    {"var_dump typeof class", "write type(x); help(x) explains a value"},
     // pictures
     {"figure_ plt pyplot subplot hold axis xlabel ylabel zlabel legend grid title xlim ylim",
      "these are options: plot(x, y, { title = \"…\", xlabel = \"…\", labels = { … } })"},
@@ -240,7 +240,7 @@ constexpr Remedy expr_members[] = {
 
 constexpr Remedy rosenbrock_members[] = {
     {"verify conditions",
-     "its orders, by the order conditions, are in method:report(), and what it does on a model shows "
+     "its orders, by the order conditions, are in method:report(), and its errors on a model are shown by "
      "converge(sys, { …, methods = { method }, rtol = { 1e-4, 1e-6 } })"},
 };
 
@@ -271,7 +271,7 @@ constexpr Remedy lti_members[] = {
 constexpr Remedy delay_members[] = {
     {"poles zeros damp stability is_stable rlocus",
      "there are infinitely many poles; margin(G) says whether the closed loop is stable, pade(G, 4) is a system with "
-     "poles near those that matter"},
+     "poles near the dominant ones"},
     {"ss tf zpk norm gram minreal",
      "write pade(G, 4), a system without delay that is like it at low frequencies"},
 };

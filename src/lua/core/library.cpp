@@ -69,8 +69,8 @@ std::string tableau_like(const std::string& name, const std::vector<std::string>
   }
   if (like == "auto") return "";
   const bool listed = std::find(tableaus.begin(), tableaus.end(), like) != tableaus.end();
-  return listed ? text(" What comes nearest is rk.", like, " (print(rk) lists them).")
-                : text(" What comes nearest is no tableau: integrate{ …, method = \"", like, "\" }.");
+  return listed ? text(" The nearest name is rk.", like, " (print(rk) lists them).")
+                : text(" The nearest method is not a tableau: integrate{ …, method = \"", like, "\" }.");
 }
 
 /// __index of a library table such as rk; creates entries that were installed lazily. Upvalue:
@@ -161,7 +161,7 @@ int library_tostring(lua_State* L) {
     out += (fits ? " " : "\n  ") + word;
     column = (fits ? column + 1 : 2) + word.size();
   }
-  if (!names.empty()) out += text("\nhelp(", library, ") says what they are");
+  if (!names.empty()) out += text("\nhelp(", library, ") explains them");
   lua_pushlstring(L, out.data(), out.size());
   return 1;
 }

@@ -176,7 +176,7 @@ namespace {
     throw Error(text(describe(L, 1), " has no field or method '", name, "': ", remedy, hint));
   if (is_vocabulary_function(L, name))
     throw Error(text(describe(L, 1), " has no method '", name, "'; ", name, "(…) is a function: help \"",
-                     name, "\" shows of what", hint));
+                     name, "\" shows its arguments", hint));
   const bool variable = std::strcmp(type, "solution") == 0;
   throw Error(text(describe(L, 1), " has no field or method '", name, "'.",
                    did_you_mean(name, member_names(L, type)),

@@ -211,9 +211,9 @@ static std::string remedy_for_lua_error(const std::string& message) {
   if (says("attempt to call a nil value (method 'value')"))
     return ": the number of an expression is evaluate(e), the default of a parameter m.value";
   if (says("attempt to yield across a C-call boundary"))
-    return ": a function that is called back gives its result by return, and cannot wait in coroutine.yield";
+    return ": a callback gives its result by return, and cannot wait in coroutine.yield";
   if (says("attempt to yield from outside a coroutine"))
-    return ": coroutine.yield works in what coroutine.wrap or coroutine.create runs, and not in what is called back";
+    return ": coroutine.yield works in a function that coroutine.wrap or coroutine.create runs, not in a callback";
   if (!says("attempt to call a") || says("attempt to call a nil")) return "";
   if (says("(method '")) return text(": ", quoted(), " is a value, not a function: write it without ( )");
   if (says("call a number value")) return ": a product is written with *, as in 2*(x + 1)";
@@ -245,7 +245,7 @@ std::string blamed_on_caller(lua_State* L, const std::string& message) {
   if (!what.starts_with("attempt to ")) return user_position(L) + what;  // written for users already
   if (name.empty()) return text(user_position(L), "an argument does not fit: ", what);
   return text(user_position(L), name, ": an argument does not fit: ", what, "; help \"", name,
-              "\" says what is expected");
+              "\" shows the arguments");
 }
 
 std::string error_text(lua_State* L, int index) {

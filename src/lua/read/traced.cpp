@@ -181,7 +181,7 @@ void read_function(Call& call, const Options& options, const char* key, bool num
     return;
   }
   if (!numbers)
-    throw Error(text("the function cannot be followed with symbols, so its derivatives are not known: ", why,
+    throw Error(text("the function cannot be evaluated with symbols, so its derivatives are not known: ", why,
                      "\nUse the vocabulary's functions (sin, not math.sin; ifelse, not if), or jacobian = "
                      "\"finite difference\""));
   const auto kept = std::make_shared<FunctionReference>(L, function);

@@ -291,7 +291,7 @@ void require_confinement() {
   if (landlock_version() == 0)
     throw Error(
         "safe mode needs Landlock (Linux 5.13 or later, with landlock among the kernel's security modules), "
-        "which is not there; run the script in a container or a virtual machine instead");
+        "which this system lacks; run the script in a container or a virtual machine instead");
 }
 
 Outcome run(const Limits& limits, const Prepare& prepare, const Print& print) {

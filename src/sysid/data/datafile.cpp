@@ -86,10 +86,10 @@ class DecimalSigns {
       const Seen& other = sign == ',' ? point_ : comma_;
       if (own.line == 0) own = {word, line};
       if (other.line != 0)
-        throw Error(
-            text(path_, ":", line, ": '", word, "' next to '", other.word, "' in line ", other.line,
-                 ": a comma is the decimal sign here (between semicolons or tabs) where no number has a "
-                 "point; leave out the signs between thousands"));
+        throw Error(text(
+            path_, ":", line, ": '", word, "' next to '", other.word, "' in line ", other.line,
+            ": with semicolons or tabs between the values a comma is the decimal sign, if no number has a "
+            "point; write numbers without signs between thousands"));
     }
   }
 

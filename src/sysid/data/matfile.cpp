@@ -35,8 +35,9 @@ struct Library {
   F* function(F*, const char* name) const {
     void* address = handle ? dlsym(handle, name) : nullptr;
     if (!address)
-      throw Error(text("MATLAB files need the library ", PENDULA_MATIO,
-                       ", which is not there (Debian: apt-get install libmatio11); or save the data as CSV"));
+      throw Error(
+          text("MATLAB files need the library ", PENDULA_MATIO,
+               ", which is not installed (Debian: apt-get install libmatio11); or save the data as CSV"));
     return reinterpret_cast<F*>(address);
   }
 };
@@ -301,7 +302,7 @@ NamedMatrices read_matrices(const std::string& path) {
     throw Failure(text(path, ": ", e.what()));
   } catch (const std::bad_alloc&) {
     throw Error(
-        text(path, " says that it holds more than there is memory: it is damaged, or not for this machine"));
+        text(path, " claims more data than fit into memory: it is damaged or too large for this machine"));
   }
   if (found.empty()) throw Error(text(path, " holds no real matrix of numbers"));
   return found;

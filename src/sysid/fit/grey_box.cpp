@@ -313,7 +313,7 @@ std::string describe(const GreyBoxFit& f) {
         "  found over growing parts of the record; over the whole record the guess leads to another minimum\n";
   if (!f.exact && !f.fit.empty() && *std::min_element(f.fit.begin(), f.fit.end()) < 50)
     out +=
-        "  a fit below 50 %: another minimum, or a model that does not describe the data; try another guess = { … }\n";
+        "  a fit below 50 %: the search ended in another minimum, or the model does not describe the data; try another guess = { … }\n";
   for (const std::string& line : f.unidentifiable) out += "    " + line + "\n";
   if (!f.converged)
     out += "  the search did not converge: give a better guess = { … }, or fewer parameters\n";

@@ -177,7 +177,8 @@ OrderScan order_scan(const IdData& e, const IdData* v, Range na, Range nb, Range
   scan.outputs = e.outputs();
   make_models(scan, candidates(na, nb, nk, largest, inputs), fe, fv, options);
   if (scan.entries.empty() && scan.left > 0) throw Interrupted();
-  if (scan.entries.empty()) throw Error(text("no model could be made; the first: ", scan.failures.front()));
+  if (scan.entries.empty())
+    throw Error(text("no model could be estimated; the first error: ", scan.failures.front()));
   const auto better = [](const std::string& name) {
     return [name](const ScanEntry& x, const ScanEntry& y) {
       const double a = value_of(x, name), b = value_of(y, name);

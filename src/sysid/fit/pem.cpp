@@ -274,7 +274,7 @@ struct Attempt {
 std::string verdict(const PolyModel& m, const Minimum& best, const std::vector<Attempt>& attempts) {
   if (m.exact) return "the errors are rounding errors only";
   std::string out = !m.search.warnings.empty()
-                        ? "no minimum inside: the loss falls up to the border of stable predictors"
+                        ? "no minimum: the loss falls up to the boundary of stable predictors"
                     : !best.converged() ? "no minimum: " + ending_text(best)
                                         : "a minimum";
   out += best.angle < 1e-6 ? " (slope < 1e-6)" : text(" (slope ", rounded(best.angle, 1), ")");
@@ -416,7 +416,7 @@ PolyModel pem(const IdData& d, Index output, const Orders& wanted, const std::st
   m.names = parameter_names(orders, d.u_names);
   m.search.iterations = std::max(1, best->iterations);
   const std::string ending = ending_text(*best);
-  m.search.method = text(gaps ? "Gauss–Newton on the samples that are there (" : "Gauss–Newton (",
+  m.search.method = text(gaps ? "Gauss–Newton on the measured samples (" : "Gauss–Newton (",
                          m.search.iterations, m.search.iterations == 1 ? " iteration" : " iterations",
                          ending.empty() ? ")" : "; " + ending + ")");
   complete(m, d, search.errors(best->theta));

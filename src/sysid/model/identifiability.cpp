@@ -76,8 +76,8 @@ std::vector<std::string> why_not_identifiable(const IdData& d, const PolyModel& 
                     "order; add an external reference to the loop, or a delay or more terms to the feedback");
     else if (touches(m, 'a'))
       out.push_back(
-          "the past outputs are linearly dependent (a constant or zero output?); lower na, or excite the "
-          "system more than it is now");
+          "the past outputs are linearly dependent (a constant or zero output?); lower na, or take an input "
+          "that excites the system more");
     else
       out.push_back("the inputs depend on each other; excite them independently");
   }

@@ -79,7 +79,7 @@ for _, method in ipairs(methods()) do
   if (method.order or 5) >= (method.explicit and 5 or 4) then names[#names + 1] = method.name end
 end
 
--- x′ = u: the integral of u, exact on every piece. Functions with `if` cannot be followed with symbols.
+-- x′ = u: the integral of u, exact on every piece. Functions with `if` cannot be evaluated with symbols.
 test("jumps of inputs written in Lua are found", function()
   local integral = dae { der(x) ~ u }
   local function run(f, method, rtol)

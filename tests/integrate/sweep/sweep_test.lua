@@ -113,7 +113,7 @@ test("failures are listed with parameters and reason", function()
   expect(start.failures[1].params.L):near(0.5, 0)
 end)
 
-test("Lua callbacks that cannot be followed with symbols run in the workers too", function()
+test("Lua callbacks that cannot be evaluated with symbols run in the workers too", function()
   local u = input "u"
   local driven = dae { der(x) ~ -k*x + u }
   local s = sweep(driven, { start = { x = 0 }, to = 2, params = { k = linspace(1, 2, 8) }, method = rk.rk4,
@@ -169,5 +169,5 @@ test("errors say what to write instead", function()
   expect(function() return s[3] end):fails "there are 2 runs; number 3 does not exist"
   expect(function() return s:final(y) end):fails "y"
   expect(function() return s:mean { x, x^2 } end):fails "expected one expression, got 2"
-  expect(function() return s:plot() end):fails "what is to be drawn?"
+  expect(function() return s:plot() end):fails "expected an expression to draw"
 end)

@@ -101,8 +101,8 @@ static void require_regular_at(const dae::ModelPtr& model, const dae::Consistent
   const dae::StructureReport there = dae::structure(model, start);
   if (!there.analysis.regular)
     throw Failure(
-        "the structural analysis of this model fails, so that a start adds nothing to sys:index(), "
-        "which looks at the derivative array");
+        "the structural analysis of this model fails: sys:index() takes the index from the derivative array, "
+        "and a start has no effect on it");
   if (there.gap == 0.0)
     throw Failure(
         "the system Jacobian is singular at this start, where the index changes; "
@@ -122,8 +122,8 @@ static dae::IndexResult index_with_warnings(Call& call) {
     throw Failure(
         text("no values that satisfy the equations were found. If some exist, the structural index is ",
              known.index, ", ", counted(static_cast<std::size_t>(known.dof), "free initial value"),
-             "; start = sys:init{ guess = { … } } looks for them near yours, and sys:index(start), "
-             "sys:dof(start) take what it finds"));
+             "; start = sys:init{ guess = { … } } searches near your guess; then sys:index(start) and "
+             "sys:dof(start) use its result"));
   for (const std::string& note : known.notes) warn(note);
   return known;
 }
@@ -223,7 +223,7 @@ extern const Module dae_module = {
         {"model#parameters", parameters, "sys.parameters -> column",
          "Constants whose values can be changed with sys:with{ … }.", "", ""},
         {"model#domain", domain, "sys.domain -> column",
-         R"(What a reduced form divided by: it is equivalent to the model where none of these expressions
+         R"(The divisors of a reduced form: it is equivalent to the model where none of these expressions
             vanishes, and integrate() stops where one does.)",
          "x, y, z = vars \"x y z\"  return dae{ der(x) ~ z, der(y) ~ 1, 0 ~ x*y^2 - t "
          "}:reduce(\"minimal\").domain[1]",

@@ -169,7 +169,7 @@ extern const Module forms_module = {
     {
         {"model:eliminate", eliminate, "sys:eliminate([{ zero = { R, … } }]) -> model",
          R"(The same model without the unknowns that an equation defines: aliases x = ±y, constants, sums, and
-            what is used once. Their values can still be asked for: sol(x). Exact: nothing that depends on time
+            unknowns that are used once. Their values can still be asked for: sol(x). Exact: nothing that depends on time
             is divided by, and no solution is lost or gained. zero: parameters that are the number 0 from here
             on; their terms are removed.)",
          R"(x, y, z = vars "x y z"  return #dae{ der(x) ~ -y, y ~ 2*z, z ~ x }:eliminate().equations)", "1",
@@ -186,7 +186,7 @@ extern const Module forms_module = {
          &reduce_options},
         {"model:trace", trace,
          R"(sys:trace(["short" | "full" | "every step"] [, { latex = true }]) -> trace)",
-         R"(The derivation of this form, step by step: what was differentiated, combined, substituted, with
+         R"(The derivation of this form, step by step: differentiations, combinations and substitutions, with
             the numbers of the equations; of a model made by lagrange, from the energies on: L, its partial
             derivatives, the generalised forces, W and c. "short" has the results, "full" (the default) the
             steps between them, "every step" all parts of them. print it, or take :latex(); :find and :match
@@ -202,7 +202,7 @@ extern const Module forms_module = {
             \end{align})"},
         {"model:code", model_code, "sys:code() -> string",
          R"(Lua text that rebuilds the model with its parameter values and its lineage (reduce "form" …),
-            also in a new session: what save writes.)",
+            also in a new session. save writes it.)",
          R"(x = var "x"  return dae{ der(x) ~ -2*x }:code())",
          R"(
             -- A model of Pendula.

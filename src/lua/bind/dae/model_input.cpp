@@ -229,13 +229,18 @@ int make_linear(Call& call) {
 }
 
 const OptionTable semi_explicit_options = {
-    {"x", "column or list", "", "the states"},   {"z", "column or list", "{}", "the algebraic variables"},
-    {"u", "column or list", "{}", "the inputs"}, {"f", "column or list", "", "x′"},
-    {"g", "column or list", "{}", "what is 0"},  {"name", "string", "", "the name of the model"},
+    {"x", "column or list", "", "the states"},
+    {"z", "column or list", "{}", "the algebraic variables"},
+    {"u", "column or list", "{}", "the inputs"},
+    {"f", "column or list", "", "x′"},
+    {"g", "column or list", "{}", "the residuals that are 0"},
+    {"name", "string", "", "the name of the model"},
 };
 const OptionTable implicit_options = {
-    {"x", "column or list", "", "the states"},       {"z", "column or list", "{}", "the algebraic variables"},
-    {"u", "column or list", "{}", "the inputs"},     {"F", "column or list", "", "what is 0, in x′, x, z, u"},
+    {"x", "column or list", "", "the states"},
+    {"z", "column or list", "{}", "the algebraic variables"},
+    {"u", "column or list", "{}", "the inputs"},
+    {"F", "column or list", "", "the residuals that are 0, in x′, x, z, u"},
     {"name", "string", "", "the name of the model"},
 };
 const OptionTable linear_options = {

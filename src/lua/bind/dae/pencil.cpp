@@ -308,7 +308,7 @@ extern const Module pencil_module = {
         {"pencil#basis", basis, "p.basis -> matrix", "Columns that span the consistent x(0) without inputs.",
          "", ""},
         {"pencil#constraints", pencil_constraints, "p.constraints -> constraints",
-         "What every start must satisfy, explicit and hidden, in the states.",
+         "The conditions on a start, explicit and hidden, in the states.",
          "x = var(\"x\", 3)  return dae{ mat{{1,1,0},{0,0,1},{1,1,1}} * der(x) ~ x }:pencil().constraints[2]",
          "0 = x₁ - x₂"},
         {"pencil#algebraic", pencil_algebraic, "p.algebraic -> constraints",

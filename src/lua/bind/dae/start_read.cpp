@@ -406,7 +406,8 @@ dae::ConsistentStatePtr read_start(lua_State* L, const Options& options, const d
     std::vector<std::string> broken;
     for (const auto& [c, value] : at->constraints)
       if (std::fabs(value) > 1e-9) broken.push_back(text(c.label, " = ", rounded(value, 4)));
-    warn(text("the start is inconsistent: ", join(broken, ", "), "; sol:drift() shows what follows from it"));
+    warn(text("the start is inconsistent: ", join(broken, ", "),
+              "; sol:drift() shows the effect on the constraints"));
     return at;
   }
 }

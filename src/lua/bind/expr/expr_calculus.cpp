@@ -233,8 +233,8 @@ extern const Module calculus_module = {
          "The symbols that an expression, a matrix or an equation contains, without derivatives, as declared.",
          R"(x, y = vars "x y"; #symbols(x*y + der(y) ~ t))", "3"},
         {"subs", push_substituted, "subs(e, {[x] = …}) -> expression",
-         R"(Replaces symbols, columns or whole subexpressions, all at once. What stands for x stands,
-            differentiated, for x.dot too, unless x.dot is itself a key: a constant makes it 0. For an
+         R"(Replaces symbols, columns or whole subexpressions, all at once. With x, x.dot is replaced by
+            the derivative of the new expression, unless x.dot is itself a key: a constant makes it 0. For an
             unspecified function g give [g] = function(x) … end.)",
          R"(x = var "x"; subs(x.dot + x, {[x] = t^2}) == 2*t + t^2)", "true"},
         {"simplify", push_simplified, "simplify(e) -> expression",

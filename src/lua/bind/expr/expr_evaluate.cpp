@@ -92,7 +92,7 @@ void read_lua_function(Call& call, CompiledFunction& f) {
   std::string why;
   const auto traced = trace(call.L, function, arguments, why);
   if (!traced)
-    throw Error(text("the function cannot be followed with symbols: ", why,
+    throw Error(text("the function cannot be evaluated with symbols: ", why,
                      "\nUse the vocabulary's functions (sin, not math.sin; ifelse, not if)"));
   f.outputs = *traced;
 }

@@ -42,7 +42,7 @@ void add_replacement(Call& call, std::span<const Expr> known, int key, int value
     const MatX m = to_matrix(call.L, key, "a key of the table");
     from.assign(m.data(), m.data() + m.size());
   }
-  if (from.empty()) throw Error("a key of the table has no entries that something could stand for");
+  if (from.empty()) throw Error("a key of the table has no entries to replace");
   const MatX to = to_matrix(call.L, value, "a value of the table");
   if (to.size() != static_cast<Eigen::Index>(from.size()))
     throw Error(text("'", named ? lua_tostring(call.L, key) : to_text(from[0]), "' stands for ", from.size(),

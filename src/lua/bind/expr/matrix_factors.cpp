@@ -9,7 +9,7 @@ namespace {
 Mat finite_matrix(Call& call, int i, const char* name) {
   Mat A = to_numeric_matrix(call.L, i, name);
   if (A.size() == 0) throw Error(text(name, " has no entries"));
-  if (!A.allFinite()) throw Error(text(name, " has an entry that is no finite number"));
+  if (!A.allFinite()) throw Error(text(name, " has entries that are not finite numbers"));
   return A;
 }
 

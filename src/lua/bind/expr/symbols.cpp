@@ -26,7 +26,7 @@ struct Attributes {
 
 const OptionTable symbol_options = {
     {"unit", "string", "", "the unit, as in \"m/s\": on axes, in ledgers, for units = \"check\""},
-    {"text", "string", "", "what it is, in a few words: on axes and in ledgers"},
+    {"text", "string", "", "its meaning in a few words, for axes and ledgers"},
     {"positive", "boolean", "", "true: greater than 0, |L| = L and √(L²) = L"},
 };
 

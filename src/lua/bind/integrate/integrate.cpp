@@ -112,7 +112,7 @@ extern const Module integrate_module = {
             = e, direction = -1, 0 or 1, then action = "stop", reset = { [v] = -0.9*v } or call =
             function(sol) … end }; direct = true integrates a model of index 2 or more as it stands; guards
             = false goes on where constraints become dependent or equations lose their unknowns, which
-            otherwise ends the run. What ends a run early is in sol.status.)",
+            otherwise ends the run. sol.status says why a run ended early.)",
          R"(
             x = var "x"  sol = dae{ der(x) ~ -2*x }:integrate{ start = { x = 1 }, to = 2, method = rk.rk4, dt = 0.1 }
             print(sol))",
@@ -121,7 +121,7 @@ extern const Module integrate_module = {
               x  =  0.01831679337)",
          &integrate_option_rows()},
         {"solution#options", asked_options, "sol.options -> table",
-         "What integrate was asked for; nil for a run of a sweep."},
+         "The options of integrate; nil for a run of a sweep."},
     }};
 
 }  // namespace pendula::lua

@@ -26,7 +26,7 @@ const OptionTable& integrate_option_rows() {
       {"to", "number", "", "the end of the interval, in s; required unless times says it"},
       {"times", "list of numbers", "", "the times at which points are saved; without it every step"},
       {"method", "string or tableau", "\"auto\"",
-       "by name, or any tableau or bdf(k); what is chosen is in sol:stats()", "@methods"},
+       "by name, or any tableau or bdf(k); sol:stats() names the choice", "@methods"},
       {"dt", "number", "", "fixed steps of this length, in s, for any tableau; instead of rtol and atol"},
       {"rtol", "number, list or table", "1e-6",
        "relative tolerance of each step; also a list or { [x] = 1e-9 }"},
@@ -118,7 +118,7 @@ Method named_method(lua_State* L, const std::string& wanted, bool fixed) {
   if (!family || !family->listed) {
     const std::vector<std::string> known = known_methods();
     if (const std::string like = method_like(wanted); !like.empty())
-      throw Error(text("unknown method '", wanted, "'; what comes nearest here is method = \"", like, "\""));
+      throw Error(text("unknown method '", wanted, "'; the nearest method here is method = \"", like, "\""));
     throw Error(text("unknown method '", wanted, "'.", did_you_mean(wanted, known),
                      " Give a tableau, for example method = rk.gauss(2), or one of ", join(known, ", ")));
   }

@@ -53,7 +53,7 @@ void read_jacobian(Call& call, const Options& options, const Problem& problem,
     std::string why;
     if (lua_isfunction(L, index)) {
       const auto traced = trace(L, index, problem.x, why);
-      if (!traced) throw Error(text("jacobian is a function that cannot be followed with symbols: ", why));
+      if (!traced) throw Error(text("jacobian is a function that cannot be evaluated with symbols: ", why));
       M = *traced;
     } else {
       M = to_matrix(L, index, "jacobian");

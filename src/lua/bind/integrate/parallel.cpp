@@ -134,8 +134,8 @@ extern const Module parallel_module = {
          R"(Calls f(1) … f(n) in worker processes; f returns a number or a list of numbers. For fits from many starts,
             bootstrap, cross-validation, scans: rand and randn give each call numbers of its own, whoever makes it. A
             call that fails, crashes or takes longer than limit is false in the results and { index =, why = } in the
-            failures. What f assigns to variables stays in its process. Ctrl-C at the prompt keeps what is done: left
-            calls were not made then, and are false in the results.)",
+            failures. Assignments in f stay in its process. Ctrl-C at the prompt keeps the finished calls: `left` is the
+            number of calls that were not made; they are false in the results.)",
          R"(
             squares, failures = parallel_calls(3, function(i) return i^2 end)
             print(squares[3], #failures))",

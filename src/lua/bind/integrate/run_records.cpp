@@ -146,14 +146,14 @@ return sol:drift())",
          "Runs with direct = true: the unknowns of index 3 and more, whose errors no step tests. Empty if there are none."},
         {"stats#errors", stats_errors, "stats.errors -> number",
          "The estimated errors of all steps of an adaptive run, in tolerances: their sum, in which steps of explicit methods whose "
-         "estimate may be wrong are judged by two half steps. It bounds what is left of "
-         "them where the equations make no error grow; oscillations keep it, damping forgets most of it."},
+         "estimate may be wrong are judged by two half steps. It bounds the error at the end "
+         "where the equations amplify no error; oscillations preserve errors, damping removes most of them."},
         {"stats#rest", stats_rest, "stats.rest -> number or nil",
          "A time at which the solution almost stood still (of equations without t: at that speed it would have moved by "
          "less than 1000 tolerances until the end) before it moved: an error of one tolerance there decides where to; else nil."},
         {"stats#growth", stats_growth, "stats.growth -> number or nil",
-         "When the first step of an implicit method began that damped what grows: the run stays on a solution whose neighbours "
-         "depart from it. nil if none did.",
+         "When the first step of an implicit method began that damped a growing mode: the run stays on a solution whose "
+         "neighbours depart from it. nil if none did.",
          "dae{ der(var 'x') ~ 1e6*(1 - t - var 'x')*var 'x' }:integrate{ start = { x = 1 }, to = 2, method = 'bdf', rtol = 1e-3 }:stats().growth ~= nil",
          "true"},
         {"stats#why", stats_why, "stats.why -> string",

@@ -373,7 +373,7 @@ extern const Module solution_module = {
             print(("%.6f"):format(sol(x^2, 1.5))))",
          "5.062500"},
         {"solution:curve", curve, "sol:curve(expressions [, options]) -> list of columns, rows, rows",
-         "What plot draws: columns t, e₁, e₂ … with rows so close that lines between them are off by a fraction of "
+         "The curve as plot draws it: columns t, e₁, e₂ … with rows so close that lines between them are off by a fraction of "
          "a pixel; the rows before which a jump interrupts the line; the rows that are saved points. With "
          "coordinates = 2 or 3 the expressions are the coordinates of one curve, without t. xlim, ylim, zlim, "
          "xlog, ylog and size are those of the figure.",

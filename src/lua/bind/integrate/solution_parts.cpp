@@ -217,12 +217,12 @@ const OptionTable part_options = {
     {"message", "string", "", "why it stopped"},
     {"method", "string", "", "its name"},
     {"dt", "number", "0", "a fixed step, in s"},
-    {"seconds", "number", "0", "what it took"},
-    {"stats", "table", "", "counts, errors and what they may have decided"},
+    {"seconds", "number", "0", "the time of the run"},
+    {"stats", "table", "", "counts, errors and their effect on the run"},
     {"rounding", "string", "", "as in sol:stats()"},
     {"not_unique", "string", "", "as in sol:stats()"},
     {"untested", "string", "", "as in sol:stats()"},
-    {"events", "list", "", "what happened"},
+    {"events", "list", "", "the events that happened"},
     {"methods", "list", "", "method families used in turn"},
 };
 
@@ -257,13 +257,13 @@ extern const Module solution_parts_module = {
     "Integration",
     {
         {"solution:parts", parts, "sol:parts() -> table",
-         R"(What save keeps of a solution: the saved points and, between them, polynomials by pieces (rows of
+         R"(The parts of a solution that save writes: the saved points and, between them, polynomials by pieces (rows of
             from, to, number of points, values), each variable within 1e-10 of its largest size.)",
          "return dae{der(var \"x\") ~ -var \"x\"}:integrate{start = {x = 1}, to = 1}:parts().ending",
          "finished"},
         {"solution_of_parts", solution_of_parts, "solution_of_parts(model, options, parts) -> solution",
-         R"(The inverse of sol:parts(): a solution of the model with what integrate was asked for (start,
-            to, params, inputs, events). Nothing is integrated. What load uses.)",
+         R"(The inverse of sol:parts(): a solution of the model with the options of integrate (start,
+            to, params, inputs, events). Nothing is integrated. load uses it.)",
          R"(
             x = var "x"  m = dae{ der(x) ~ -x }
             sol = m:integrate{ start = { x = 1 }, to = 1, rtol = 1e-9 }

@@ -314,8 +314,9 @@ extern const Module sweep_module = {
         {"sweep#t", sweep_times, "s.t -> column", "The saved times: the option times, or about a hundred.",
          "", ""},
         {"sweep#params", params, "s.params -> table",
-         "s.params.m: what varied, one value per run; initial values too.", "", ""},
-        {"sweep#names", names, "s.names -> list", "The names of what varied.", "", ""},
+         "s.params.m: the values of a varied parameter, one per run; initial values too.", "", ""},
+        {"sweep#names", names, "s.names -> list", "The names of the varied parameters and initial values.",
+         "", ""},
         {"sweep#failures", failures, "s.failures -> list",
          R"({ index =, params = { m = … }, why = "…", call = "s[17]" } of every run that failed; the call, where s is the
             sweep, makes that run again, as far as it came.)",
@@ -329,7 +330,7 @@ extern const Module sweep_module = {
              st.count, ("%.4f ± %.4f"):format(st.mean, st.std))",
          "3 0.1843 ± 0.1646"},
         {"sweep:stats", stats_of_sweep, "s:stats() -> sweep_stats",
-         R"(How the runs were made and what they cost: runs, failures, steps, rejected, evaluations, lanes,
+         R"(How the runs were made, and their cost: runs, failures, steps, rejected, evaluations, lanes,
             why.)",
          R"(
             x, k = var "x", param "k"
@@ -371,7 +372,7 @@ extern const Module sweep_module = {
              print(("%.4f"):format(s:max(x, 0.5))))",
          "0.6065"},
         {"sweep:table", table, "s:table([expressions]) -> string",
-         "One line per run: what varied and the values at the end.", R"(
+         "One line per run: the varied parameters and the values at the end.", R"(
              x, k = var "x", param "k"
              s = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = {1, 2, 3} } })
              s:table{ x, k*x })",

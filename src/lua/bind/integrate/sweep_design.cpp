@@ -65,7 +65,7 @@ extern const Module sweep_design_module = {
         {"sweep#dimensions", dimensions, "s.dimensions -> integer", "How many numbers a run draws.", "", ""},
         {"sweep#correlated", correlated, "s.correlated -> boolean", "Some quantities vary together.", "", ""},
         {"sweep#distributions", distributions, "s.distributions -> table",
-         "The distributions by the names of what they vary.", "", ""},
+         "The distributions by the names of the varied parameters and initial values.", "", ""},
         {"sweep#model", design_model, "s.model -> model", "The model.", "", ""},
         {"sweep:unit", unit, "s:unit(run, dimension) -> number",
          "The number between 0 and 1 that the value of a run was made from.", R"(

@@ -192,7 +192,7 @@ extern const Module sweep_run_module = {
             print(("%.6f %.6f"):format(s:final(x)[1], s:final(x)[2])))",
          "0.367879 0.135335", &sweep_option_rows()},
         {"store_info", store_info, "store_info(file) -> table",
-         R"(What a store of runs holds: runs, done, failed, program, fingerprint, and model and options as Lua text.)",
+         R"(The contents of a store of runs: runs, done, failed, program, fingerprint, and model and options as Lua text.)",
          R"(
             x, k, file = var "x", param "k", os.tmpname() .. ".db"
             sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = {1, 2} }, store = file })

@@ -286,7 +286,7 @@ extern const Module tableau_module = {
          "The factor by which b - bhat is multiplied to estimate the error of a step.",
          "rk.verner87.error_scale", "8.0"},
         {"tableau#name", name, "tab.name -> string", "The name of the method.", "", ""},
-        {"tableau#text", tableau_note, "tab.text -> string", "What the method is good for.", "", ""},
+        {"tableau#text", tableau_note, "tab.text -> string", "The use of the method.", "", ""},
         {"tableau#cite", cite, "tab.cite -> string", "Where the method comes from.", "", ""},
         {"tableau#stages", stages, "tab.stages -> integer", "The number of stages s.", "", ""},
         {"tableau:order", tableau_order, "tab:order() -> integer",

@@ -122,7 +122,7 @@ extern const Module lti_module = {
         {"lti#inputs", inputs, "G.inputs -> list", "The names of the inputs."},
         {"lti#outputs", outputs, "G.outputs -> list", "The names of the outputs."},
         {"lti#notes", notes, "G.notes -> list",
-         "What was left out on the way: cancelled factors, the point of linearisation."},
+         "Remarks on the construction: cancelled factors, the point of linearisation."},
         {"lti:with", with, "G:with{ k = 2 } -> G", "The same system with values for parameters.",
          R"(k = param "k"  return tf({k}, {1, k}):with{ k = 3 }:dcgain())", "1"},
         {"lti:channel", channel, "G:channel(output, input) -> G", "One channel, by numbers or names.",

@@ -351,8 +351,7 @@ extern const Module lti_analysis_module = {
         {"reachability#stable", reach_stable, "report.stable -> boolean",
          "Stabilizable (detectable): the hidden modes decay."},
         {"reachability#modes", reach_modes, "report.modes -> roots", "The hidden modes."},
-        {"reachability:__tostring", reach_text, "print(report)",
-         "Rank, hidden modes and what moves with them."},
+        {"reachability:__tostring", reach_text, "print(report)", "Rank, hidden modes and their directions."},
         {"ctrb", ctrb, "ctrb(A, B) or ctrb(G) -> matrix", "The controllability matrix [B, AB, …, Aⁿ⁻¹B].",
          "ctrb({{0, 1}, {-2, -3}}, {0, 1})", R"(
             ⎡0   1⎤

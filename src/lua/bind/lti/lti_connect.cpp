@@ -109,7 +109,7 @@ int d2c(Call& call) {
 /// place: position of the argument `method`.
 OptionTable c2d_options_with(const char* place) {
   return {
-      {place, "string", "\"zoh\"", "what the input does between samples, or the substitution for s",
+      {place, "string", "\"zoh\"", "the input between samples, or the substitution for s",
        "zoh|foh|tustin|bilinear|euler|backward|impulse|matched"},
       {"prewarp", "number", "", "tustin: the frequency, in rad/s, at which both agree"},
   };

@@ -344,7 +344,8 @@ extern const Module lti_construct_module = {
                3 (s + 1)
               ────────────
               s² + 2 s + 5)"},
-        {"lti:tf", tf, "G:tf() -> G", "G(s) = C (sI - A)⁻¹B + D as fractions, exact; what cancels is noted.",
+        {"lti:tf", tf, "G:tf() -> G",
+         "G(s) = C (sI - A)⁻¹B + D as fractions, exact; G.notes names cancelled factors.",
          "return ss({{0, 1}, {-2, -3}}, {0, 1}, {1, 0}):tf()(0)", "1/2"},
         {"lti:ss", ss, "G:ss() -> G",
          R"(A state space: of a fraction the controllable canonical form, of a matrix of fractions a

@@ -306,7 +306,7 @@ extern const Module lti_response_module = {
          "The outputs, one row per time; with several inputs those of the first come first."},
         {"response#x", x, "r.x -> matrix", "The states, one row per time."},
         {"response#kind", kind, "r.kind -> string", R"("step", "impulse", "initial" or "lsim".)"},
-        {"response#labels", labels, "r.labels -> list", "What the columns of y are."},
+        {"response#labels", labels, "r.labels -> list", "The names of the columns of y."},
         {"response#discrete", discrete, "r.discrete -> boolean", "In discrete time."},
         {"response#final", final, "r.final -> number", "The final value of a step response."},
         {"response#peak", peak, "r.peak -> number", "The greatest value."},

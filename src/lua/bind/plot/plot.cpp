@@ -264,7 +264,7 @@ extern const Module plot_module = {
     "Looking at things",
     {
         {"figure", figure, "figure{ series = { { x =, y =, labels =, style = }, … }, … } -> figure",
-         R"(What plot, plot3 and the others make, written out: every series has columns x and y (and z, or
+         R"(A figure written out, as plot, plot3 and the others make it: every series has columns x and y (and z, or
             points = n×3 matrix, with three_d = true); y may have several columns.)",
          "figure{ series = { { x = {1, 2, 3}, y = {1, 4, 9}, labels = {\"squares\"} } }, title = "
          "\"Powers\" }",
@@ -305,7 +305,7 @@ extern const Module plot_module = {
              for k = 1, 3 do frames[k] = plot({0, k, 4*k}) end
              plot({0, 0, 0}):film(frames, os.tmpname() .. ".gif", 0.1))"},
         {"figure:parts", figure_parts, "fig:parts() -> table",
-         "The table that figure{…} makes the same figure of: what save keeps.",
+         "The table from which figure{…} makes the same figure. save writes it.",
          "return figure(plot{0, 1, 4}:parts())", "figure: 1 series, 3 points"},
         {"figure:with", with, "fig:with(other) -> figure", "The curves of both figures in one: see overlay.",
          "plot({0, 1, 4}):with(plot({4, 1, 0}))", "figure: 2 series, 6 points"},
@@ -318,12 +318,12 @@ extern const Module plot_module = {
         {"figure:text", drawing_text, "fig:text([columns]) -> string",
          "The terminal drawing without colours, 80 columns wide by default.",
          R"(plot({0, 1, 4}):text(40):match("┌"))", "┌"},
-        {"figure:__tostring", describe_figure, "tostring(fig)", "What the figure holds, in one line."},
+        {"figure:__tostring", describe_figure, "tostring(fig)", "The contents of the figure, in one line."},
         {"figure#title", title, "fig.title", "Its title, or an empty string."},
         {"figure#labels", labels, "fig.labels", "The labels of its series, as a list."},
         {"figure#notes", notes, "fig.notes",
-         "What could not be drawn and other remarks under the figure, as a list.", "#plot({1, 0/0, 3}).notes",
-         "1"},
+         "The notes under the figure, as a list: points that could not be drawn, and other remarks.",
+         "#plot({1, 0/0, 3}).notes", "1"},
     }};
 
 }  // namespace pendula::lua

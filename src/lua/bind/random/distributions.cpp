@@ -191,11 +191,11 @@ extern const Module distributions_module = {
          "true false"},
         {"joint_distribution#mean", joint_mean, "d.mean -> column", "The means.", "", ""},
         {"joint_distribution#cov", joint_covariance, "d.cov -> matrix", "The covariance.", "", ""},
-        {"joint_distribution:__tostring", joint_text, "print(d)", "What it is.", "", ""},
+        {"joint_distribution:__tostring", joint_text, "print(d)", "The distribution in words.", "", ""},
         {"joint_component#joint", component_joint, "c.joint -> joint_distribution",
-         "What it is a component of.", "", ""},
+         "The joint distribution of the component.", "", ""},
         {"joint_component#number", component_number, "c.number -> integer", "Which component.", "", ""},
-        {"joint_component:__tostring", component_text, "print(c)", "What it is.", "", ""},
+        {"joint_component:__tostring", component_text, "print(c)", "The component in words.", "", ""},
     }};
 
 }  // namespace pendula::lua

@@ -119,7 +119,7 @@ extern const Module samples_module = {
     "",
     {
         {"quantile", sample_quantile_of, "quantile(data, p) -> number or matrix",
-         R"(The value below which the share p of the data lies, linear between them; p may be a list. What is nan
+         R"(The value below which the share p of the data lies, linear between them; p may be a list. nan
             does not count.)",
          "print(quantile({1, 2, 3, 4}, 0.5), quantile({1, 2, 3, 4}, {0, 1}).T)", "2.5 1  4"},
         {"bin", bin, "bin(data [, bins]) -> { edges =, counts = }",

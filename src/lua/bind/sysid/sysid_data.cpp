@@ -247,7 +247,7 @@ const OptionTable read_options = {
     {"Ts", "number", "", "the sampling time, in s; without it that of a column t"},
 };
 const OptionTable detrend_options = {
-    {"1", "string", "\"mean\"", "what is removed", "mean|linear"},
+    {"1", "string", "\"mean\"", "the part to remove", "mean|linear"},
     {"y", "number or list", "", "offsets of the outputs"},
     {"u", "number or list", "", "offsets of the inputs"},
 };
@@ -331,7 +331,7 @@ extern const Module iddata_module = {
          "1  2  3"},
         {"iddata:feedback", feedback, "d:feedback([output = 1]) -> string or nil",
          R"(Whether the data may have been taken in closed loop: χ² of the correlations of residuals of a long ARX
-            model with what is new in inputs 1 to 25 samples later, where chance explains it in less than 0.1 % of the
+            model with the innovations of inputs 1 to 25 samples later, where chance explains it in less than 0.1 % of the
             cases. nil: no sign of feedback, or data that cannot say: fewer than 100 (1 + inputs) samples, gaps, inputs
             that are predictable, as sines are.)",
          "seed(4)\nu, y, e = {}, {}, randn(500)\nfor t = 1, 500 do\n  u[t] = -0.5*(y[t-1] or 0) + 0.3*(-1)^(t*t//7)\n"
@@ -362,7 +362,8 @@ extern const Module iddata_module = {
          "The number of merged experiments.", "", ""},
         {"iddata#y_names", field_y_names, "d.y_names -> list", "The names of the outputs.", "", ""},
         {"iddata#u_names", field_u_names, "d.u_names -> list", "The names of the inputs.", "", ""},
-        {"iddata#offsets", field_offsets, "d.offsets -> { y =, u = }", "What detrend has removed.", "", ""},
+        {"iddata#offsets", field_offsets, "d.offsets -> { y =, u = }",
+         "The means or lines that detrend has removed.", "", ""},
         {"iddata:__len", field_N, "#d", "The number of samples.", "", ""},
         {"iddata:__tostring", to_text, "print(d)",
          "Sizes, ranges, means, missing values and removed offsets.", "", ""},

@@ -370,7 +370,7 @@ extern const Module idmodel_fields_module = {
         {"idmodel#unidentifiable", unidentifiable, "mod.unidentifiable -> list",
          "The combinations of parameters that the data leave free, in words; empty if there are none.", "",
          ""},
-        {"idmodel#advice", advice, "mod.advice -> list", "Why they are free and what to change.", "", ""},
+        {"idmodel#advice", advice, "mod.advice -> list", "Why they are free, and the remedy.", "", ""},
         {"idmodel#noise", noise, "mod.noise -> string", "Maximum likelihood: the density in words.", "", ""},
         {"idmodel#log_likelihood", log_likelihood, "mod.log_likelihood -> number",
          "Maximum likelihood: ln L at θ.", "", ""},

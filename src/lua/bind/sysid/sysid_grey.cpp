@@ -246,8 +246,9 @@ int to_text_(Call& call) { return call.push(sysid::describe(fit_of(call))); }
 
 const OptionTable fit_options = {
     {"params", "list of symbols", "", "the parameters to be found; others keep their values", "@parameters"},
-    {"data", "iddata", "", "what was measured"},
-    {"y", "expression or list", "", "what of the model corresponds to the outputs of the data", "@variables"},
+    {"data", "iddata", "", "the measurements"},
+    {"y", "expression or list", "", "the expressions of the model that the outputs of the data measure",
+     "@variables"},
     {"start", "table", "", "a result of init, or the values that are known: { x = 2 }", "@variables"},
     {"guess", "table", "", "where the search begins: { m = 1 }", "@parameters"},
     {"bounds", "table", "", "{ k = {0, 1} }: least and largest value of a parameter", "@parameters"},

@@ -245,9 +245,9 @@ const OptionRow nc_row{"nc", "integer", "", "coefficients of C(q), the colour of
 const OptionRow nd_row{"nd", "integer", "", "coefficients of D(q), the poles of the noise"};
 const OptionRow nf_row{"nf", "integer or list", "", "coefficients of F(q), the poles of the inputs"};
 const OptionRow nk_row{"nk", "integer or list", "1", "delay of the inputs, in samples"};
-const OptionRow ic_regression_row{"ic", "string", "\"drop\"", "what happens before the first sample",
+const OptionRow ic_regression_row{"ic", "string", "\"drop\"", "treatment of the samples before the first",
                                   "drop|zero|estimate"};
-const OptionRow ic_filter_row{"ic", "string", "\"estimate\"", "what happens before the first sample",
+const OptionRow ic_filter_row{"ic", "string", "\"estimate\"", "treatment of the samples before the first",
                               "drop|zero|estimate"};
 const OptionRow noise_row{"noise", "density or function", "",
                           "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"};
@@ -282,8 +282,8 @@ extern const Module idmodel_module = {
          R"(arx(d, { na =, nb =, nk = 1, ic = "drop", noise =, weights =, covariance = }) -> idmodel)",
          R"(Least-squares estimate of A(q) y(t) = B(q) u(t) + e(t): na past outputs, nb past inputs after a
             delay of nk samples; b_k multiplies u(t-k). Several inputs: lists nb, nk; several outputs:
-            matrices. ic says what happens before the first sample: "drop" the rows that need it, "zero",
-            or "estimate". noise: maximum likelihood for that density; uniform(low, high) gives the set of
+            matrices. ic: the samples before the first one; "drop" the rows that need them, "zero" or
+            "estimate" them. noise: maximum likelihood for that density; uniform(low, high) gives the set of
             parameters. weights (1/variance) or the covariance of the noise: weighted least squares. kernel
             = "TC" or "DC": long models with a prior that impulse responses are smooth and decay, its
             hyperparameters by empirical Bayes.)",
@@ -305,7 +305,7 @@ extern const Module idmodel_module = {
          "print(fir(iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }, { nb = 1 }).theta)", "2", &fir_options},
         {"regressor", regressor, R"(regressor(d, { na =, nb =, nk = 1, ic = "drop" }) -> Phi, y, names)",
          R"(The matrix Φ with the rows φ(t)ᵀ = [-y(t-1) … u(t-nk) …], the outputs y(t) it explains, and the
-            names of its columns: what arx solves: for lsq, or to inspect it.)",
+            names of its columns: the least-squares problem of arx, for lsq or to inspect it.)",
          R"(
             Phi, y = regressor(iddata{ y = {0, 1}, u = {1, 0} }, { na = 1, nb = 1 })
             print(Phi, y))",

@@ -26,9 +26,9 @@ struct Mode {
 };
 
 const OptionTable mode_options = {
-    {"3", "integer or string", "1", "the horizon, or what is computed", "prediction|simulation"},
+    {"3", "integer or string", "1", "the horizon, or the kind of response", "prediction|simulation"},
     {"horizon", "integer or string", "1", "steps ahead, or \"simulation\"", "prediction|simulation"},
-    {"ic", "string", "", "what is assumed before the first sample", "data|zero|estimate"},
+    {"ic", "string", "", "the state before the first sample", "data|zero|estimate"},
     {"init", "string", "", "the name of ic in earlier versions", "data|zero|estimate"},
 };
 
@@ -132,7 +132,7 @@ extern const Module idmodel_predict_module = {
     "",
     {
         {"idmodel:predict", predict, "mod:predict(d [, horizon | { horizon = 1, ic = }]) -> column",
-         R"(ŷ(t|t-horizon) at every sample. ic is what is assumed before the first sample: "data" takes the
+         R"(ŷ(t|t-horizon) at every sample. ic is the state before the first sample: "data" takes the
             first measured outputs as they are, "zero" starts from rest (zero initial conditions), "estimate"
             fits the initial state.)",
          R"(
@@ -154,7 +154,7 @@ extern const Module idmodel_predict_module = {
          "3", &mode_options},
         {"idmodel:fit", model_fit,
          R"(mod:fit(d [, horizon | "simulation" | { horizon =, ic = }]) -> percent, label)",
-         "100 (1 - ‖y - ŷ‖/‖y - ȳ‖) on the compared samples, and in words what was compared.",
+         "100 (1 - ‖y - ŷ‖/‖y - ȳ‖) on the compared samples, and a label that names the comparison.",
          R"(
             d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }
             print(fir(d, { nb = 1 }):fit(d)))",

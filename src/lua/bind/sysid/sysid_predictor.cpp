@@ -147,7 +147,7 @@ sysid::PolyModel numeric(Call& call, const IdData& d) {
 
 const OptionTable response_options = {
     {"horizon", "integer", "", "steps ahead; 0: simulation"},
-    {"ic", "string", "\"zero\"", "what is assumed before the first sample", "data|zero|estimate"},
+    {"ic", "string", "\"zero\"", "the state before the first sample", "data|zero|estimate"},
     {"init", "string", "", "the name of ic in earlier versions", "data|zero|estimate"},
 };
 
@@ -229,7 +229,7 @@ int latex(Call& call) { return call.push("\\hat y(t) = " + to_latex(predictor_of
 
 const OptionTable predictor_options = {
     {"start", "list or table", "", "θ to begin with: a list, or { a = 0.5 }"},
-    {"ic", "string", "\"drop\"", "what happens before the first sample", "drop|zero|estimate"},
+    {"ic", "string", "\"drop\"", "treatment of the samples before the first", "drop|zero|estimate"},
     {"noise", "density or function", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
 };
 

@@ -108,8 +108,8 @@ extern const Module prefilter_module = {
          "print((\"%.6f\"):format(iddata{ y = { 1, 0, 0 }, Ts = 0.5 }:filter{ w = { 0, 2 }, order = 1 }.y(1, 1)))",
          "0.353296", &filter_options},
         {"iddata:delay", delay, "d:delay{ u = { 3, 0 }, y = } -> iddata",
-         R"(Signals later by whole samples, each by its own: what a model of them needs no states for (nkshift; n4sid
-            of inputs with different delays). The first samples, which have no values then, are left out. Data for
+         R"(Delays signals by whole samples, each by its own number, so that a model needs no states for known delays
+            (nkshift; n4sid of inputs with different delays). The first samples, which have no values then, are left out. Data for
             validation are delayed alike.)",
          "print(iddata{ y = { 1, 2, 3 }, u = { 4, 5, 6 } }:delay{ u = 1 }.u.T)", "4  5", &delay_options},
     }};

@@ -197,7 +197,7 @@ extern const Module search_module = {
         {"nlsq_result#active", minimum_active, "r.active -> list",
          "The parameters that lie on a bound, by number.", "", ""},
         {"nlsq_result#slope", minimum_slope, "r.slope -> number",
-         "What is left of the slope: 0 at a minimum.", "", ""},
+         "The slope at the end, relative: 0 at a minimum.", "", ""},
         {"nlsq_result#iterations", minimum_iterations, "r.iterations -> integer", "Steps that were taken.",
          "", ""},
         {"nlsq_result#converged", minimum_converged, "r.converged -> boolean",
@@ -224,7 +224,7 @@ extern const Module search_module = {
             print(fir(d, { nb = 1 }):with_theta{ 3 }.B))",
          "0  3"},
         {"idmodel:forecasts", forecast, "mod:forecasts(d, steps [, { u = }]) -> y, std",
-         R"(What comes after the data, ŷ(N + k | N) with its standard deviation, one row per step: mod:forecast(d,
+         R"(The forecast ŷ(N + k | N) after the data with its standard deviation, one row per step: mod:forecast(d,
             steps) with a picture.)",
          R"(
             d = iddata{ y = {8, 4, 2, 1} }

@@ -301,7 +301,8 @@ const OptionTable scan_options = {
     {"na", "integer or list", "{1, 10}", "{ least, most }: the order of A"},
     {"nb", "integer or list", "{1, 10}", "the same of B"},
     {"nk", "integer or list", "{1, 5}", "the same of the delay, in samples"},
-    {"criterion", "string", "", "what decides: fit on the validation data, else AIC", "fit|fpe|aic|bic"},
+    {"criterion", "string", "", "the criterion of the choice: fit on the validation data, else AIC",
+     "fit|fpe|aic|bic"},
     {"workers", "integer", "", "worker processes; 1: none. Without it one for each processor"},
 };
 
