@@ -222,11 +222,11 @@ local expectation = {
 }
 
 doc { name = "expect", module = "testing", title = "Tests", sig = "expect(value, …):check(…)",
-  text = [[States the expected value of an expression, the first of several: :near(b, tol) means
-    |a - b| ≤ tol·max(1, |b|) for each number in numbers, lists and matrices; :equals(v) compares numbers,
-    strings, lists, objects and expressions (equal if their difference simplifies to 0); :fails "text" calls the function and expects an
-    error with that text; also :matches(pattern), :is_true(), :is_false(), :is_nil(). A failure is an error at
-    its line; `pendula test` counts it and goes on.]],
+  text = [[States the expected value of an expression, the first of several: :near(b, tol) means |a - b| ≤
+    tol·max(1, |b|) for each number in numbers, lists and matrices; :equals(v) compares numbers, strings,
+    lists, objects and expressions (equal if their difference simplifies to 0); :fails "text" calls the
+    function and expects an error with that text; also :matches(pattern), :is_true(), :is_false(),
+    :is_nil(). A failure is an error at its line; `pendula test` counts it and goes on.]],
   example = [[
     expect(0.1 + 0.2):near(0.3, 1e-12)
     expect({1, {2}}):equals({1, {2}})
