@@ -144,7 +144,8 @@ row("hammerstein",
 row("uncertain", "uncertain(mod [, build] [, { level = 0.95, input =, output = }]) -> uncertain system",
   [[The uncertainty of a model from the covariance of its estimate: u:bode([w]), u:nyquist([w]),
     u:step([to]), u:poles(), each with standard deviations and :plot() with bands. mod: an estimated model,
-    a process model, or a fit of parameters with a function from the parameters to a linear system.]], "uncertain",
+    a process model, or a fit of parameters with a function from the parameters to a linear system.]],
+  "uncertain",
   "r = fir(iddata{ y = {0, 2.1, 0.9, 4.1, 1.9}, u = {1, 0.5, 2, 1, 0} }, { nb = 1 })\n"
     .. "b = uncertain(r):bode{ 1 }\nreturn math.abs(b.mag_std[1] - r.std[1]) < 1e-9", "true")
 row("idmodel:forecast", "mod:forecast(d, steps [, { u =, level = 0.95 }]) -> forecast",

@@ -93,7 +93,8 @@ method("chaos", "s:chaos(e [, { degree = 3, t = }]) -> chaos",
   [[A polynomial in the varied parameters, orthonormal for their distributions, fitted to the runs with few
     terms: c.mean, c.std, c.loo (leave-one-out error, as a share of the variance), c.terms, c:sobol(), c{ k
     = 1.2 }. Blatman & Sudret, J. Comput. Phys. 230(6), 2011 (there by least angles; here by orthogonal
-    matching pursuit).]], "chaos", { at_time, option("degree", "integer", "the highest degree of a term", "3") },
+    matching pursuit).]], "chaos",
+  { at_time, option("degree", "integer", "the highest degree of a term", "3") },
   runs "halton" .. 'print(("%.2f"):format(s:chaos(x, { degree = 2 }).mean))', "0.37")
 method("csv", "s:csv(file [, { expressions }])",
   [[Writes one line per run: the varied parameters, the values at the end, and why it failed.]], "tables",
