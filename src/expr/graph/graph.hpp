@@ -46,10 +46,6 @@ struct OpInfo {
 
 /// The row of ops.def; of solve only the name. Not for constant, symbol, call.
 const OpInfo& info(Op op);
-/// The last trial divisor for squares and primes in numbers: a choice; numbers that people write have small
-/// ones, and a thousand divisions take microseconds.
-inline constexpr unsigned long largest_trial_divisor = 1000;
-
 /// First and one past the last operation of the table: `for (Op op = first_op; op < end_op; op = next(op))`.
 constexpr Op first_op = Op::neg;
 constexpr Op end_op = static_cast<Op>(static_cast<int>(Op::ifelse) + 1);

@@ -7,6 +7,7 @@
 #include "base/limits/stack.hpp"
 #include "base/text.hpp"
 #include "expr/graph/derivative.hpp"
+#include "expr/graph/fold.hpp"
 #include "expr/graph/rational.hpp"
 #include "expr/linalg/linalg.hpp"
 #include "expr/rewrite/rewrite.hpp"

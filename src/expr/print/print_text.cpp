@@ -70,8 +70,9 @@ std::string pretty_name(const std::string& name) {
   const SplitName s = split_name(name);
   const std::string letter = greek_letter(s.head), head = letter.empty() ? s.head : letter;
   if (s.below.empty()) return head;
-  if (all_digits(s.below) && s.below.size() < 10)  // fits a long return head + subscript(std::stol(s.below));
-    const std::string below = greek_letter(s.below);
+  constexpr std::size_t most = 9;  // digits of a number that fits a long
+  if (all_digits(s.below) && s.below.size() <= most) return head + subscript(std::stol(s.below));
+  const std::string below = greek_letter(s.below);
   return head + "_" + (below.empty() ? s.below : below);
 }
 

@@ -4,6 +4,7 @@
 #include <map>
 
 #include "expr/graph/angle.hpp"
+#include "expr/graph/fold.hpp"
 #include "expr/rewrite/rewrite_forms.hpp"
 
 namespace pendula {

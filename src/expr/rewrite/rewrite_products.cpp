@@ -1,5 +1,6 @@
 // The rules of simplify for products. All hold over the reals wherever the left side is defined.
 #include "base/interrupt.hpp"
+#include "expr/graph/fold.hpp"
 #include "expr/polynomial/rational_form.hpp"
 #include "expr/rewrite/rewrite_forms.hpp"
 
