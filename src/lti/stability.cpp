@@ -150,7 +150,7 @@ std::optional<Sides> exact_sides(const System& g) {
   const Polynomial p = g.form == Form::ss    ? characteristic(g)
                        : g.form == Form::zpk ? from_zeros(g.zpk[0].poles)
                                              : g.tf[0].den;
-  if (field(p) != Field::exact || degree(p) > most) return {};
+  if (field(p) != Field::exact || degree(p) > most_exact_states) return {};
   const Rationals q = rational(p);
   if (g.continuous()) return sides(q);
   const Rationals w = from_disc(q);

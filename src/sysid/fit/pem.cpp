@@ -282,8 +282,8 @@ std::string verdict(const PolyModel& m, const Minimum& best, const std::vector<A
   std::vector<std::string> higher;
   const Attempt* from = nullptr;
   for (const Attempt& a : attempts) {
-    constexpr double same = 1e-6;  // relative: searches know the loss to 10⁻¹² (MinimiserOptions::noise)
-    if (a.known || a.value <= best.value * (1 + same)) {
+    constexpr double one_minimum = 1e-6;  // relative: searches know the loss to 10⁻¹² (MinimiserOptions::noise)
+    if (a.known || a.value <= best.value * (1 + one_minimum)) {
       if (!from && !a.known)
         from = &a;
       else
