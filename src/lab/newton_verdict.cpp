@@ -247,8 +247,8 @@ class Judge {
     }
     const Mat at_start = derivative(r_, run_.x.front()), J = derivative(r_, root_);
     const Conditioning here = conditioning(J, at_start.cwiseAbs());
-    constexpr double slow =
-        0.3;  // a double root with α = 1 has 1/2, higher ones more; quadratic convergence has 0
+    // a double root with α = 1 has 1/2, higher ones more; quadratic convergence has 0
+    constexpr double slow = 0.3;
     run_.singular_root = here.smallest < flat && last() > 2 && steps_ratio(run_) > slow;
     if (run_.singular_root) {
       run_.null_vector = here.null_vector;

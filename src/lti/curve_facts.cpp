@@ -25,8 +25,8 @@ CurveFacts curve_facts(const Vec& t, const Vec& y, double final) {
   (sign * y).maxCoeff(&at);
   f.peak = y[at];
   f.peak_time = t[at];
-  constexpr double zero =
-      1e-12;  // in the unit of y: a choice; facts relative to a final value of 0 say nothing
+  // in the unit of y: a choice; facts relative to a final value of 0 say nothing
+  constexpr double zero = 1e-12;
   if (std::fabs(final) < zero) return f;
   const Vec scaled_y = y / final;
   constexpr double rise_from = 0.1, rise_to = 0.9, settled = 0.02;  // by definition

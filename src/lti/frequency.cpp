@@ -295,8 +295,8 @@ Margins margins(const System& given) {
       }
     }
     constexpr double noise = 1e-13;  // 450 ε: imaginary parts of a response that is real
-    constexpr double jump =
-        1e-6;  // after bisection to ε a crossing of 0 leaves less, a pole on the axis more
+    // after bisection to ε a crossing of 0 leaves less, a pole on the axis more
+    constexpr double jump = 1e-6;
     if ((a.imag() < 0) != (b.imag() < 0) && a.real() + b.real() < 0 &&
         std::max(std::fabs(a.imag()) / std::abs(a), std::fabs(b.imag()) / std::abs(b)) > noise) {
       const double x = bisect(side, w[k], w[k + 1]);

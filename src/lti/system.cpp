@@ -48,8 +48,8 @@ class FractionReader {
       case Op::div:
         return product(read(e.operand(0)), turned(read(e.operand(1))));
       case Op::pow: {
-        constexpr int largest_power =
-            100;  // of s: more is a mistake in writing; 40 states are the limit of use
+        // of s: more is a mistake in writing; 40 states are the limit of use
+        constexpr int largest_power = 100;
         const mpq_class* n = exact_value(e.operand(1));
         if (!n || n->get_den() != 1 || abs(*n) > largest_power) break;
         const int k = static_cast<int>(n->get_num().get_si());

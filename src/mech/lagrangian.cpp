@@ -100,8 +100,8 @@ void check_mass(const Lagrangian& s, const std::vector<Entry>& M, const std::vec
   const Mat value = dae::evaluate(K, dae::random_point(entries(K), 0));
   const Mat N = dae::null_space(value);
   std::vector<std::string> free;
-  constexpr double rounding =
-      1e-9;  // entries of unit vectors; those of the null space err by ε times a condition
+  // entries of unit vectors; those of the null space err by ε times a condition
+  constexpr double rounding = 1e-9;
   for (int i = 0; i < n; ++i)
     if (N.cols() && N.row(i).norm() > rounding) free.push_back(to_text(s.q[i]));
   throw Error(text("the mass matrix is singular", m ? " on the directions the constraints leave free" : "",

@@ -7,8 +7,8 @@
 
 namespace pendula::integrate {
 
-static constexpr double damping =
-    2.0 / 13;  // of the cited paper: |R| ≤ 1 - damping/3 = 0.95 between the ends
+// of the cited paper: |R| ≤ 1 - damping/3 = 0.95 between the ends
+static constexpr double damping = 2.0 / 13;
 
 Chebyshev::Chebyshev(int s) : stages(s), stage(static_cast<std::size_t>(s) + 1) {
   PENDULA_ASSERT(s >= 2, "a Chebyshev method needs two stages");

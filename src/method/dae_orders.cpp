@@ -14,8 +14,8 @@ namespace pendula::integrate {
 bool is_algebraically_stable(const Tableau& rk) {
   const Coefficients& c = rk.coefficients();
   const int s = rk.stages();
-  const double tolerance =
-      64 * c.unit;  // entries b_i a_ij + b_j a_ji - b_i b_j and their elimination: a choice
+  // entries b_i a_ij + b_j a_ji - b_i b_j and their elimination: a choice
+  const double tolerance = 64 * c.unit;
   RealMatrix M(s, c.bits);
   for (int i = 0; i < s; ++i) {
     if (c.b[i] < -tolerance) return false;

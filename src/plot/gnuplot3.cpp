@@ -177,7 +177,7 @@ void split_curve(const Figure& f, const Series& s, const View& view, const Depth
                  Block& hidden) {
   Index before = -1;
   for (Index i : thinned(f, s)) {
-    constexpr double piece = 0.02;  // of the box: five raster points of the depth map
+    constexpr double piece = 0.02;  // of the box: some three raster points of the depth map
     if (i >= 0 && before >= 0) {
       const Seen a = view({s.x[before], s.y[before], s.z[before]}), b = view({s.x[i], s.y[i], s.z[i]});
       const double length = std::hypot(b.right - a.right, b.up - a.up);

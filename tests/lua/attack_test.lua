@@ -81,7 +81,7 @@ test("commas in a file are not guessed to be what they may not be", function()
   expect(read "u\ty\n0\t1,5\n1\t2,25\n"):near(vec { 1.5, 2.25 }, 0)
   expect(read "u;y\n0;1.5\n1;2.25\n"):near(vec { 1.5, 2.25 }, 0)
   expect(function() read "u\ty\n0\t1,234\n0.5\t7\n" end)
-    :fails ":3: '0.5' next to '1,234' in line 2: a comma is the decimal"
+    :fails ":3: '0.5' next to '1,234' in line 2: with semicolons or tabs"
   expect(function() read "u;y\n0.5;1\n1;1,234\n" end):fails ":3: '1,234' next to '0.5' in line 2"
   os.remove(file)
 end)

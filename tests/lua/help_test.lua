@@ -22,7 +22,7 @@ test("words lead to pages", function()
       help(word)
     end]]
   for word, expected in pairs { stiff = "stability, not accuracy", tolerance = "rtol is relative",
-    rtol = "atol says",
+    rtol = "atol is the size",
     events = "located to rounding", ans = "first value of the last line", solver = "Runge-Kutta",
     derivative = "chain rule", keys = "Ctrl-R", drift = "project", identifiability = "the data change",
     index = "derivatives of all unknowns", bounce = "reset sets", ["initial conditions"] = "consistent start",

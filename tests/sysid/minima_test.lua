@@ -79,6 +79,6 @@ test("noise that was differenced: the least value lies on the border, and the re
   local e, y = randn(200), {}
   for t = 1, 200 do y[t] = e[t] - (t > 1 and e[t - 1] or 0) end
   local text = tostring(armax(iddata { y = y }, { na = 0, nc = 1 }))
-  expect(text:find("border of stable predictors", 1, true) ~= nil):is_true()
+  expect(text:find("boundary of stable predictors", 1, true) ~= nil):is_true()
   expect(text:find('ic = "drop"', 1, true) ~= nil):is_true()
 end)

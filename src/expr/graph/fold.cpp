@@ -71,8 +71,8 @@ mpz_class square_part(mpz_class n) {
 
 /// √8 = 2 √2, √(3/4) = √3/2; empty if no square can be extracted, or for a measured √9.81.
 std::optional<Expr> without_squares(const mpq_class& q) {
-  constexpr std::size_t longest =
-      64;  // bits: 19 digits; longer numbers under a root are computed, not written
+  // bits: 19 digits; longer numbers under a root are computed, not written
+  constexpr std::size_t longest = 64;
   if (mpz_sizeinbase(q.get_num_mpz_t(), 2) > longest || mpz_sizeinbase(q.get_den_mpz_t(), 2) > longest ||
       mpz_divisible_ui_p(q.get_den_mpz_t(), 5) != 0)
     return {};
@@ -135,8 +135,8 @@ std::optional<Expr> fold_constants(Op op, Expr a, Expr b) {
       if (const auto angle = known_angle(op, *qa)) return angle;
     if (op == Op::sqrt)
       if (const auto root = without_squares(*qa)) return root;
-    constexpr double largest =
-        1 / least_size;  // near the end of the range the double is kept, while there is one
+    // near the end of the range the double is kept, while there is one
+    constexpr double largest = 1 / least_size;
     if (keeps_exact(op) && std::fabs(value) < largest) return {};
     return Expr(value);
   }
@@ -321,8 +321,8 @@ std::optional<mpq_class> simplest_rational(double value) {
   constexpr double max_denominator = 1e6;
   if (!std::isfinite(value)) return {};
   if (value == std::floor(value)) {
-    constexpr double exactly =
-        9007199254740992.0;  // 2⁵³: beyond it 1e24 means 10²⁴, not the double next to it
+    // 2⁵³: beyond it 1e24 means 10²⁴, not the double next to it
+    constexpr double exactly = 9007199254740992.0;
     if (std::fabs(value) <= exactly) return mpq_class(value);
     const Decimal d = decimal_of(std::fabs(value));
     return d.mantissa.size() > typed_digits ? mpq_class(value) : rational(d, value < 0);

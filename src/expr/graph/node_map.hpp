@@ -48,8 +48,8 @@ class NodeMap {
   }
 
  private:
-  static constexpr std::size_t size =
-      256;  ///< nodes of a page: small expressions touch one, which is 3 to 6 KB
+  /// Nodes of a page: small expressions touch one, which is 3 to 6 KB
+  static constexpr std::size_t size = 256;
   static constexpr std::size_t few = 64;  ///< pages that are kept in any case, some 0.3 MB
   static constexpr int patience = 64;     // rounds; a pass over everything now and then keeps its pages
 

@@ -379,8 +379,8 @@ void solution_adjoint(Expr head, const VecX& adjoints, const std::function<bool(
 
 std::vector<double> solution_value(Expr head, const std::function<double(Expr)>& value) {
   const LinearSystem& s = system_of(head);
-  constexpr int dense =
-      32;  // unknowns: a dense matrix of 8 KB stays in the cache, a sparse one needs an order
+  // unknowns: a dense matrix of 8 KB stays in the cache, a sparse one needs an order
+  constexpr int dense = 32;
   std::vector<double> numbers;
   for (Expr operand : s.operands) numbers.push_back(value(operand));
   const auto n = static_cast<std::size_t>(s.size);

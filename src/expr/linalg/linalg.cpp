@@ -302,8 +302,8 @@ std::optional<VecX> null_vector(const MatX& a) {
   v[free_column] = 1;
   for (std::size_t i = 0; i < pivots.size(); ++i)
     v[pivots[i]] = -reduced.matrix(static_cast<Eigen::Index>(i), free_column);
-  constexpr std::size_t readable =
-      500;  // nodes in all: a choice, as simplify takes longer than the elimination
+  // nodes in all: a choice, as simplify takes longer than the elimination
+  constexpr std::size_t readable = 500;
   if (topological(entries(v)).size() > readable) return v;
   for (Expr& e : v) e = simplify(e);
   return v;
@@ -319,8 +319,8 @@ VecX characteristic(const MatX& a) {
     return c;
   }
   // (-1)ᵏcₖ is the sum of the principal minors of order k, without divisions or cancellation.
-  constexpr Eigen::Index most_rows =
-      10;  // 2ⁿ principal minors: full symbolic matrices take 6 s for 8, 112 s for 10
+  // 2ⁿ principal minors: full symbolic matrices take 6 s for 8, 112 s for 10
+  constexpr Eigen::Index most_rows = 10;
   if (n > most_rows)
     throw Error(text("the symbolic matrix has ", n, " rows, at most ", most_rows,
                      " are possible; give its symbols values with subs"));

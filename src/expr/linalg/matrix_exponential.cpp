@@ -311,8 +311,8 @@ class Balance {
   }
 
   void sweep() {
-    constexpr int most_sweeps =
-        100;  // a cap: every scaling lowers the norm by 5 % of a row and column at least
+    // a cap: every scaling lowers the norm by 5 % of a row and column at least
+    constexpr int most_sweeps = 100;
     constexpr double worthwhile = 0.95;  // as in LAPACK's dgebal
     bool changed = true;
     for (int k = 0; k < most_sweeps && changed; ++k) {
@@ -331,8 +331,8 @@ class Balance {
 
   /// Scales the entries of the removed states to the size of the others.
   void scale_ends(double usual) {
-    constexpr int most_binary =
-        400;  // 2⁴⁰⁰ = 10¹²⁰: products of two such scales are within the range of doubles
+    // 2⁴⁰⁰ = 10¹²⁰: products of two such scales are within the range of doubles
+    constexpr int most_binary = 400;
     for (auto end = ends_.rbegin(); end != ends_.rend(); ++end) {
       const double c = column(*end), r = row(*end);
       kept_[*end] = 1;

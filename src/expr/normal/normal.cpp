@@ -8,8 +8,8 @@ namespace {
 
 constexpr long power_limit = 64;  // (2x)^n is written 2^n x^n up to this n: 2⁶⁴ has 20 digits
 
-constexpr unsigned long small_squares[] = {4, 9, 25,
-                                           49};  // of primes: the root of their multiples is not reduced
+// Of primes: the root of their multiples is not reduced.
+constexpr unsigned long small_squares[] = {4, 9, 25, 49};
 
 std::size_t combine(std::size_t seed, std::size_t value) {
   return seed ^ (value + 0x9e3779b97f4a7c15ull + (seed << 6) + (seed >> 2));

@@ -56,8 +56,8 @@ Expr divided(Expr fraction) {
 }  // namespace
 
 Expr one_fraction(Expr e) {
-  constexpr double longest =
-      400;  // operations: a choice; factors of larger expressions take longer than printing
+  // operations: a choice; factors of larger expressions take longer than printing
+  constexpr double longest = 400;
   if (!is_short(e, longest) || !is_nested(e)) return e;
   try {
     const Expr fraction = divided(simplify(factored(e)));

@@ -226,8 +226,8 @@ Placement placed(const Mat& A, const Mat& B, const ComplexVec& wanted) {
   out.K = qr.solve(Mat(A - closed.transpose()));
   out.condition = condition(vectors.X());
   out.poles = Eigen::EigenSolver<Mat>(Mat(A - B * out.K), false).eigenvalues();
-  constexpr double poor =
-      1e-3;  // a choice: poles that far from the wanted ones are not those that were asked for
+  // a choice: poles that far from the wanted ones are not those that were asked for
+  constexpr double poor = 1e-3;
   if (!out.K.allFinite() || !(miss(poles, out.poles) <= poor))
     throw Failure(text("the poles are too sensitive to be placed: the condition of their eigenvectors is ",
                        pendula::rounded(out.condition, 3),

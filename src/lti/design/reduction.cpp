@@ -32,8 +32,8 @@ Projection projection(const System& g, std::optional<Index> order = {}) {
   const Mat Lc = root(numbers(gramian(g, true))), Lo = root(numbers(gramian(g, false)));
   const Eigen::JacobiSVD<Mat> svd(Lo.transpose() * Lc, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Vec sigma = svd.singularValues();
-  constexpr double rounding =
-      1e-13;  // 450 ε; states below it are uncontrollable or unobservable but for rounding
+  // 450 ε; states below it are uncontrollable or unobservable but for rounding
+  constexpr double rounding = 1e-13;
   const auto numerical = static_cast<Index>((sigma.array() > rounding * sigma[0]).count());
   const Index kept = order ? std::min(*order, numerical) : numerical;
   const Vec scale = sigma.head(kept).cwiseSqrt().cwiseInverse();

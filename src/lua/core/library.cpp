@@ -16,8 +16,8 @@ namespace pendula::lua {
 namespace {
 
 char environment_key, originals_key, vocabulary_key, modules_key;
-constexpr const char* lazy_field =
-    "__lazy";  ///< in the metatable of a library table: name -> function that creates the value
+///< in the metatable of a library table: name -> function that creates the value
+constexpr const char* lazy_field = "__lazy";
 
 void push_registry(lua_State* L, const char* key) { lua_rawgetp(L, LUA_REGISTRYINDEX, key); }
 

@@ -17,8 +17,8 @@
 namespace pendula::sysid {
 namespace {
 
-constexpr double growth =
-    10;  // of the errors of a simulation over its steps: a choice, as it depends on the model
+// of the errors of a simulation over its steps: a choice, as it depends on the model
+constexpr double growth = 10;
 /// Relative error of y and J after fixed steps. The derivatives are those of the discrete solution, hence
 /// their errors are rounding over the steps: 10⁷ of them with ε/2 each.
 constexpr double fixed_step_rounding = 1e-9;

@@ -184,8 +184,8 @@ PredictionErrors evaluate_with_gaps(const std::vector<Part>& parts, const Orders
   PredictionErrors out;
   out.e = errors(theta);
   out.unit = unit;
-  constexpr double size =
-      0.1;  // of parameters that are nearly 0; coefficients of monic polynomials are about 1
+  // of parameters that are nearly 0; coefficients of monic polynomials are about 1
+  constexpr double size = 0.1;
   out.J = difference_jacobian(errors, theta, Vec::Constant(theta.size(), size), {});
   out.rows = out.e.size();
   if (start != InitialCondition::zero)
@@ -282,7 +282,7 @@ std::string verdict(const PolyModel& m, const Minimum& best, const std::vector<A
   std::vector<std::string> higher;
   const Attempt* from = nullptr;
   for (const Attempt& a : attempts) {
-    constexpr double one_minimum = 1e-6;  // relative: searches know the loss to 10⁻¹² (MinimiserOptions::noise)
+    constexpr double one_minimum = 1e-6;  // relative: searches know the loss to 10⁻¹² (see minimise)
     if (a.known || a.value <= best.value * (1 + one_minimum)) {
       if (!from && !a.known)
         from = &a;

@@ -31,7 +31,7 @@ double compared_variation(const IdData& d, const PolyModel& m);
 
 struct PemOptions {
   InitialCondition start = InitialCondition::estimate;
-  int iterations = 200;  ///< a cap: convergence takes a few tens, and the report says where it ended a search
+  int iterations = 200;      ///< a cap; the report says where it ended a search
   std::optional<Vec> theta;  ///< where to begin; otherwise from linear estimates
 };
 /// kind: for the heading. Missing samples of y are bridged by a Kalman filter (ic = "drop" then

@@ -54,8 +54,8 @@ int chance(Index n) {
 double chi_square_tail(double x, double dof) {
   if (!(x > 0)) return 1;
   const double a = dof / 2, z = x / 2;
-  constexpr int most =
-      10000;  // terms: both expansions take some √a of them at z = a, i.e. 10⁸ degrees of freedom
+  // terms: both expansions take some √a of them at z = a, i.e. 10⁸ degrees of freedom
+  constexpr int most = 10000;
   const double front = std::exp(a * std::log(z) - z - std::lgamma(a));
   if (z < a + 1) {  // series for the lower part
     double term = 1 / a, sum = term;

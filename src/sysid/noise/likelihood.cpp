@@ -134,8 +134,8 @@ Objective objective(const Regression& r, const NegativeLog& f, const Vec& theta)
 bool reweight(const Regression& r, const NegativeLog& f, Vec& theta, double& value) {
   // errors below 4500 ε of y are rounding: their weights are cut there
   const double before = value, floor = 1e-12 * r.y.cwiseAbs().maxCoeff();
-  constexpr int most =
-      300;  // the steps converge linearly; the vertex that they approach is taken exactly below
+  // the steps converge linearly; the vertex that they approach is taken exactly below
+  constexpr int most = 300;
   for (int k = 0; k < most; ++k) {
     poll_interrupt();
     const Vec e = r.y - r.Phi * theta;
