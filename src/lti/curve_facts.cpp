@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lti/matrices.hpp"
+
 namespace pendula::lti {
 namespace {
 
