@@ -253,7 +253,7 @@ end
 local function form_of(m, form, start)
   if form == "as it is" then return m.sys end
   if form == "auto" then return m.sys:reduce() end
-  return m.sys:reduce(form, ({ array = { at = start }, baumgarte = { alpha = 2/m.T, beta = 2/m.T } })[form])
+  return m.sys:reduce(form, form == "array" and { at = start } or nil)
 end
 
 --- Calls wrong(what, why) for what is not as it has to be.

@@ -248,8 +248,11 @@ Expr own_time(const Model& m, const std::vector<Chain>& list) {
       constrained.push_back(s.base);
   for (Expr c : at_values(C, m.values)) rows.push_back(c);
   for (Expr row : rows_about_speeds(m, constrained)) rows.push_back(row);
+  const Expr t = time_symbol();
+  if (const auto inside = leaves(rows); contains(inside, t))  // cos(t/T) tells T, and x′ t is as large as x
+    for (Expr x : constrained) rows.push_back(x + derivative_leaf(x) * t);
   for (Expr leaf : leaves(rows))
-    if (symbol_of(leaf).kind == Kind::variable) columns.push_back(leaf);
+    if (symbol_of(leaf).kind == Kind::variable || leaf == t) columns.push_back(leaf);
   const NumericArray numeric(rows, columns);
   std::unordered_map<Expr, double> size;  // logarithm to base 10
   for (std::size_t j = 0; j < columns.size(); ++j) size[columns[j]] = std::log10(numeric.unit()[j]);
