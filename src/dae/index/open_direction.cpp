@@ -18,7 +18,8 @@ namespace {
 using Index = Eigen::Index;
 using Sparse = Eigen::SparseMatrix<double>;
 
-/// F_k and its Jacobian as numbers, rows of unit length.
+/// F_k and its Jacobian as numbers, in unknowns of the sizes that the equations tell, ω = w/size, and rows of
+/// unit length: steps, null vectors and ranks are then the same in any units.
 class SparseArray {
  public:
   explicit SparseArray(const DerivativeArray& array)
@@ -35,7 +36,8 @@ class SparseArray {
   }
 
   /// False where a value is not finite.
-  bool evaluate(const Vec& w, int seed, Vec& r, Sparse& J) const {
+  bool evaluate(const Vec& omega, int seed, Vec& r, Sparse& J) const {
+    const Vec w = omega.cwiseProduct(numeric_.unit());
     std::vector<double> leaves(w.data(), w.data() + w.size());
     const auto known = numeric_.known(seed);
     for (Expr leaf : others_) leaves.push_back(known.at(leaf));
@@ -43,7 +45,9 @@ class SparseArray {
     if (!std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); })) return false;
     std::vector<Eigen::Triplet<double>> triplets;
     for (std::size_t k = 0; k < entries_.size(); ++k)
-      triplets.emplace_back(entries_[k].row, entries_[k].column, values[static_cast<std::size_t>(rows_) + k]);
+      triplets.emplace_back(
+          entries_[k].row, entries_[k].column,
+          values[static_cast<std::size_t>(rows_) + k] * numeric_.unit()[entries_[k].column]);
     J.resize(rows_, static_cast<Index>(columns_.size()));
     J.setFromTriplets(triplets.begin(), triplets.end());
     const Vec weight = row_weights(J);
@@ -52,24 +56,29 @@ class SparseArray {
     return true;
   }
 
-  /// Gauss-Newton from the starting values of a seed to F_k = 0. Nothing where it does not converge, or to a
-  /// least |F_k| that is not 0.
+  /// Gauss-Newton from the starting values of a seed to F_k = 0. Nothing where it does not converge, or
+  /// to a least |F_k| that is not 0.
   std::optional<Vec> point(int seed) const {
     constexpr int most = 40;               // steps
-    constexpr double last_digits = 1e-12;  // of the length of w, as in array_points
-    constexpr double solved = 1e-10;       // of w: rows, of unit size, are sums of some hundred terms
-    Vec w = numeric_.start(seed), r;
+    constexpr double last_digits = 1e-12;  // of the length of ω, as in array_points
+    constexpr double solved = 1e-10;       // of ω: rows, of unit size, are sums of some hundred terms
+    Vec omega = numeric_.start(seed).cwiseQuotient(numeric_.unit()), r;
     Sparse J;
+    if (!evaluate(omega, seed, r, J)) return {};
     for (int k = 0; k < most; ++k) {
       poll_interrupt();
-      if (!evaluate(w, seed, r, J)) return {};
-      const Vec step = sparse_least_step(J, r);
+      Vec step = sparse_least_step(J, r);
       if (!step.allFinite()) return {};
-      w += step;
-      if (!(step.norm() <= last_digits * (1 + w.norm()))) continue;
-      const bool zero =
-          evaluate(w, seed, r, J) && r.cwiseAbs().maxCoeff() <= solved * (1 + w.cwiseAbs().maxCoeff());
-      return zero ? std::optional(w) : std::nullopt;
+      // Where a slope is small, as that of y³ near 0, a step leads far away, and the point found there has no
+      // digits for ranks. Each unknown for itself: the others of a large model are nearly solved for.
+      const Vec longest = Vec::Ones(omega.size()) + omega.cwiseAbs();
+      step = step.cwiseMin(longest).cwiseMax(-longest);
+      const bool ends = step.norm() <= last_digits * (1 + omega.norm());
+      omega += step;
+      if (!evaluate(omega, seed, r, J)) return {};
+      if (!ends) continue;
+      const bool zero = r.cwiseAbs().maxCoeff() <= solved * (1 + omega.cwiseAbs().maxCoeff());
+      return zero ? std::optional(omega) : std::nullopt;
     }
     return {};
   }
@@ -83,7 +92,21 @@ class SparseArray {
 };
 
 constexpr double exact = 1e-11;  // of the length of a vector: rounding errors of sums of some hundred terms
-constexpr int refinements = 3;   // of regularised solutions
+/// Refinements of a regularised solution: one leaves μ²/(σ² + μ²), μ = 10⁻⁶, of a direction with the singular
+/// value σ. They end where the rest is no longer halved; 40 halvings are all digits of a direction at σ = μ.
+class Refinement {
+ public:
+  bool goes_on(double rest) {
+    const bool halved = rest < 0.5 * rest_;
+    rest_ = rest;
+    return count_++ < most && (halved || count_ <= usual);
+  }
+
+ private:
+  static constexpr int usual = 3, most = 40;  // usual: rounding errors of LDLᵀ need as many
+  int count_ = 0;
+  double rest_ = INFINITY;
+};
 
 /// Of length about √n/4, no two entries alike.
 Vec random_direction(Index first, Index length) {
@@ -95,14 +118,17 @@ Vec random_direction(Index first, Index length) {
 /// Projects a direction of x′ onto the null space of Y = ∂F_k/∂(x′, x″ …).
 bool is_open(const Sparse& Y, Index first) {
   constexpr double part = 1e-4;  // of the length: far above rounding errors
+  // of the length: a rest of rounding errors, 10⁻¹⁶; couplings around a ring of 100 leave 10⁻¹² of a
+  // direction that is determined
+  constexpr double zero = 1e-14;
   Vec v = random_direction(first, Y.cols());
-  for (int k = 0; k < refinements; ++k) {
+  for (Refinement refinement; refinement.goes_on((Y * v).cwiseAbs().maxCoeff());) {
     const Vec off = sparse_least_step(Y, Y * v);
     if (!off.allFinite()) return false;
     v += off;
   }
   const double length = v.norm();
-  return length > part && (Y * v).cwiseAbs().maxCoeff() <= exact * length &&
+  return length > part && (Y * v).cwiseAbs().maxCoeff() <= zero * length &&
          v.head(first).norm() > part * length;
 }
 
@@ -111,7 +137,7 @@ bool is_determined(const Sparse& Y, Index first) {
   const Sparse transposed = Y.transpose();
   const Vec c = random_direction(first, Y.cols());
   Vec combination = Vec::Zero(Y.rows()), off = -c;
-  for (int k = 0; k < refinements; ++k) {
+  for (Refinement refinement; refinement.goes_on(off.cwiseAbs().maxCoeff());) {
     combination += sparse_least_step(transposed, off);
     if (!combination.allFinite()) return false;
     off = transposed * combination - c;
@@ -132,22 +158,23 @@ DirectionCount look(const Slopes& at) {
   return {0, is_determined(at.y, at.first) ? 1 : 0};
 }
 
-/// Adds up what points say, up to `wanted` of them; visit(slopes) where x′ is determined.
+/// Adds up what points say, up to `wanted` that agree; visit(slopes) where x′ is determined. A point where it
+/// is outweighs those where it seems open: ranks fall at some points, and rise at none.
 template <class Visit>
 DirectionCount count_at_points(const DerivativeArray& array, int wanted, const Visit& visit) {
-  constexpr int seeds = 8;
+  constexpr int seeds = 24;  // some begin two to five times as large, where powers outweigh couplings
   const SparseArray numbers(array);
   const auto states = static_cast<Index>(array.states().size());
   Slopes slopes{{}, {}, static_cast<Index>(array.first().size())};
   DirectionCount count;
-  for (int seed = 0; seed < seeds && count.open + count.determined < wanted; ++seed) {
-    const auto w = numbers.point(seed);
+  for (int seed = 0; seed < seeds && std::max(count.open, count.determined) < wanted; ++seed) {
+    const auto omega = numbers.point(seed);
     Vec r;
-    if (!w || !numbers.evaluate(*w, seed, r, slopes.all)) continue;
+    if (!omega || !numbers.evaluate(*omega, seed, r, slopes.all)) continue;
     slopes.y = slopes.all.rightCols(slopes.all.cols() - states);
     const DirectionCount here = look(slopes);
-    count.open += here.open;
     count.determined += here.determined;
+    count.open = count.determined > 0 ? 0 : count.open + here.open;
     if (here.determined > 0) visit(slopes);
   }
   return count;

@@ -135,8 +135,7 @@ void NumericArray::prepare() {
 
 void NumericArray::measure_time(const std::vector<Expr>& equations) {
   const Expr t = time_symbol();
-  if (equations.size() > most_measured || std::find(others_.begin(), others_.end(), t) == others_.end())
-    return;
+  if (std::find(others_.begin(), others_.end(), t) == others_.end()) return;
   std::vector<Expr> unknowns = columns_;
   unknowns.push_back(t);
   auto others = known(0);
@@ -152,7 +151,7 @@ void NumericArray::measure_time(const std::vector<Expr>& equations) {
 void NumericArray::measure(Units units, const std::unordered_map<Expr, double>& others,
                            const std::vector<std::pair<Expr, double>>& anchors) {
   constexpr std::size_t many = 3000, short_row = 100;  // nodes: of all rows; of one row, if there are more
-  if (rows_ == 0 || columns_.empty() || rows_ > most_measured) return;
+  if (rows_ == 0 || columns_.empty()) return;
   const bool all = topological(std::span(outputs_).first(rows_)).size() <= many;
   std::vector<Expr> rows;
   std::vector<Index> place;

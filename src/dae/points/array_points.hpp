@@ -33,9 +33,6 @@ struct ArrayRanks {
 /// The numeric derivative array at one k. All functions of time but the unknowns get values of their own.
 class NumericArray {
  public:
-  /// Rows; units of unknowns are not looked for in more.
-  static constexpr std::size_t most_measured = 300;
-
   /// far_from_one: units only where some are far from 1. always: they distinguish coefficients that vanish
   /// from small ones.
   enum class Units { far_from_one, always };
