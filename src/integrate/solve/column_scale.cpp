@@ -24,8 +24,25 @@ std::vector<double> column_scale(int n, std::span<const Position> positions, std
   return column;
 }
 
+/// Can a product of n entries be lost beside products of others? Relative to their rows, with the columns
+/// scaled; a matrix in which none can is singular in any units.
+static bool has_far_products(int n, std::span<const Position> positions, std::span<const double> sizes) {
+  constexpr double lost = 1e-12;  // of a row: LinearSolver takes such pivots for rounding
+  const std::vector<double> column = column_scale(n, positions, sizes);
+  if (column.empty()) return false;
+  std::vector<double> row(static_cast<std::size_t>(n), 0);
+  const auto scaled = [&](std::size_t k) { return sizes[k] * column[positions[k].column]; };
+  for (std::size_t k = 0; k < sizes.size(); ++k)
+    row[positions[k].row] = std::max(row[positions[k].row], scaled(k));
+  double least = 1;
+  for (std::size_t k = 0; k < sizes.size(); ++k)
+    if (sizes[k] > 0) least = std::min(least, scaled(k) / row[positions[k].row]);
+  return std::pow(least, n) < lost;
+}
+
 std::vector<double> balanced_column_scale(int n, std::span<const Position> positions,
                                           std::span<const double> sizes) {
+  if (!has_far_products(n, positions, sizes)) return {};
   std::vector<dae::EntrySize> entries;
   std::vector<char> occurs(static_cast<std::size_t>(n), 0);
   for (std::size_t k = 0; k < positions.size(); ++k) {

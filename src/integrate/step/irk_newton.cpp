@@ -279,7 +279,8 @@ IrkStepper::Newton IrkStepper::newton(double dt) {
       const double quotient = length / before;
       iteration_.theta = iteration_.count == 2 ? quotient : std::sqrt(quotient * quotient_before);
       quotient_before = quotient;
-      const bool alone = iteration_.count == 2 && rows_.returning && quotient < largest_return;
+      const bool alone =
+          iteration_.count == 2 && rows_.returning && jacobian_.fresh && quotient < largest_return;
       if (!(iteration_.theta < diverging) && !alone) return Newton::diverged;
       const double rate = std::min(iteration_.theta, diverging);
       iteration_.contraction = rate / (1 - rate);
