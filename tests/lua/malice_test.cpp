@@ -215,7 +215,7 @@ TEST_CASE("malice: strange error values") {
       {"return coroutine.resume(coroutine.running())", "false"},
       {"coroutine.yield(1)", "outside a coroutine"},
       {"return coroutine.close(coroutine.running())", "cannot close a running coroutine"},
-      {"call_back(coroutine.yield)", "coroutine.yield works in what coroutine.wrap"},
+      {"call_back(coroutine.yield)", "coroutine.yield works in a function that coroutine.wrap"},
       {"coroutine.wrap(function() call_back(coroutine.yield) end)()", "gives its result by return"},
       {"coroutine.yield(1)", "coroutine.wrap or coroutine.create runs"},
       {"return coroutine.wrap(function() return pcall(coroutine.yield, 1) end)()", "1"},
