@@ -30,7 +30,8 @@ constexpr long most_choices = 10'000;
 // of the run: progress that failed rows must have made to be chosen once more
 constexpr double min_progress = 1e-3;
 
-/// The reciprocal condition number of the Jacobian of the chosen rows, scaled as at the first point.
+/// The reciprocal condition number of the Jacobian of the chosen rows, balanced as at the first point. Divided
+/// by largest entries it depends on units: in nanometres other directions hide the one that is lost.
 class Regularity {
  public:
   Regularity(const dae::ModelPtr& model, const Simulation& simulation)
@@ -38,33 +39,26 @@ class Regularity {
     std::vector<Expr> slopes;
     for (const Entry& e : entries_) slopes.push_back(substitute(e.value, simulation.inputs));
     kernel_ = codegen::Kernel(slopes, problem_->arguments());
-    const auto n = static_cast<Index>(model->residuals.size());
-    row_ = column_ = Vec::Ones(n);
+    size_ = static_cast<Index>(model->residuals.size());
   }
 
   double operator()(const Point& point) {
     problem_->set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());
     const std::vector<double> values = kernel_(problem_->values());
-    Mat J = Mat::Zero(row_.size(), column_.size());
+    Mat J = Mat::Zero(size_, size_);
     for (std::size_t k = 0; k < values.size(); ++k) J(entries_[k].row, entries_[k].column) = values[k];
     if (J.size() == 0 || !J.allFinite()) return 0;
-    if (!std::exchange(measured_, true)) measure(J);
-    const double rcond = Eigen::PartialPivLU<Mat>(Mat(row_.asDiagonal() * J * column_.asDiagonal())).rcond();
+    if (!balance_) balance_ = dae::balance(J);
+    const double rcond = Eigen::PartialPivLU<Mat>((*balance_)(J)).rcond();
     return std::isfinite(rcond) ? rcond : 0;  // a zero pivot gives NaN
   }
 
  private:
-  void measure(Mat J) {
-    const dae::LargestEntries largest = dae::divide_by_largest(J);
-    row_ = largest.rows.cwiseInverse();
-    column_ = largest.columns.cwiseInverse();
-  }
-
   ProblemPtr problem_;
   std::vector<Entry> entries_;
   codegen::Kernel kernel_;
-  Vec row_, column_;
-  bool measured_ = false;
+  Index size_ = 0;
+  std::optional<dae::Balance> balance_;
 };
 
 class ArrayRun {
