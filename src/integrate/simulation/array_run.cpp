@@ -30,8 +30,8 @@ constexpr long most_choices = 10'000;
 // of the run: progress that failed rows must have made to be chosen once more
 constexpr double min_progress = 1e-3;
 
-/// The reciprocal condition number of the Jacobian of the chosen rows, balanced as at the first point. Divided
-/// by largest entries it depends on units: in nanometres other directions hide the one that is lost.
+/// The reciprocal condition number of the Jacobian of the chosen rows, balanced as at the first point.
+/// Divided by largest entries it depends on units: in nanometres other directions hide the one that is lost.
 class Regularity {
  public:
   Regularity(const dae::ModelPtr& model, const Simulation& simulation)
