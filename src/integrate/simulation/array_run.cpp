@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/decompositions.hpp"
+#include "base/epsilon.hpp"
 #include "base/lru_cache.hpp"
 #include "base/text.hpp"
 #include "codegen/kernel/kernel.hpp"
@@ -30,8 +31,10 @@ constexpr long most_choices = 10'000;
 // of the run: progress that failed rows must have made to be chosen once more
 constexpr double min_progress = 1e-3;
 
-/// The reciprocal condition number of the Jacobian of the chosen rows, balanced as at the first point.
-/// Divided by largest entries it depends on units: in nanometres other directions hide the one that is lost.
+/// What is left of the regularity of the chosen rows: the reciprocal condition number of their Jacobian,
+/// relative to that at the first point, in the scaling of that point. Balanced: divided by largest entries, in
+/// nanometres other directions may hide the one that is lost. Where rounding errors in place of 0 spoil that,
+/// divided by largest entries.
 class Regularity {
  public:
   Regularity(const dae::ModelPtr& model, const Simulation& simulation)
@@ -48,17 +51,33 @@ class Regularity {
     Mat J = Mat::Zero(size_, size_);
     for (std::size_t k = 0; k < values.size(); ++k) J(entries_[k].row, entries_[k].column) = values[k];
     if (J.size() == 0 || !J.allFinite()) return 0;
-    if (!balance_) balance_ = dae::balance(J);
-    const double rcond = Eigen::PartialPivLU<Mat>((*balance_)(J)).rcond();
-    return std::isfinite(rcond) ? rcond : 0;  // a zero pivot gives NaN
+    if (!std::exchange(measured_, true)) measure(J);
+    return first_ > 0 ? rcond(scaling_(J)) / first_ : 1;
   }
 
  private:
+  static double rcond(const Mat& J) {
+    const double rcond = Eigen::PartialPivLU<Mat>(J).rcond();
+    return std::isfinite(rcond) ? rcond : 0;  // a zero pivot gives NaN
+  }
+
+  void measure(const Mat& J) {
+    scaling_ = dae::balance(J);
+    first_ = rcond(scaling_(J));
+    if (first_ > eps) return;
+    Mat divided = J;
+    const dae::LargestEntries largest = dae::divide_by_largest(divided);
+    scaling_ = {largest.rows.cwiseInverse(), largest.columns.cwiseInverse()};
+    first_ = rcond(scaling_(J));
+  }
+
   ProblemPtr problem_;
   std::vector<Entry> entries_;
   codegen::Kernel kernel_;
   Index size_ = 0;
-  std::optional<dae::Balance> balance_;
+  bool measured_ = false;
+  dae::Balance scaling_;
+  double first_ = 0;
 };
 
 class ArrayRun {
@@ -120,13 +139,9 @@ class ArrayRun {
 
   TrajectoryPtr piece(const dae::ModelPtr& model, Simulation& part) {
     const auto regularity = std::make_shared<Regularity>(model, simulation_);
-    const auto at_first = std::make_shared<double>(0);
     part.chosen = ChosenOutside::all;
-    part.plan.stop_when = whole_.stop_when(model, [this, regularity, at_first](const Point& point) {
-      if (!watches_) return false;
-      const double here = (*regularity)(point);
-      if (*at_first == 0) *at_first = here;
-      return here < min_regularity * *at_first;
+    part.plan.stop_when = whole_.stop_when(model, [this, regularity](const Point& point) {
+      return watches_ && (*regularity)(point) < min_regularity;
     });
     part.rtol = whole_.tolerances_in(model, simulation_.rtol);
     part.atol = whole_.tolerances_in(model, simulation_.atol);

@@ -197,7 +197,11 @@ void BdfStepper::step(double end) {
     poll_interrupt();
     if (failures_ >= suspicious_failures) {
       failures_ = 0;
-      if (determined_ ? settle_again(rhs_) : history_.order > 1) start(here_, end);
+      // once for each point: where z is known to rounding only, it would be found elsewhere for ever
+      if (restarted_at_ != here_.t && (determined_ ? settle_again(rhs_) : history_.order > 1)) {
+        restarted_at_ = here_.t;
+        start(here_, end);
+      }
     }
     const double dt = fitted(dt_, end);
     if (dt != dt_) rescale(dt / dt_);

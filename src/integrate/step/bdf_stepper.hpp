@@ -4,6 +4,8 @@
 // docs/derivations.md#bdf.
 #pragma once
 
+#include <optional>
+
 #include "integrate/problem/rhs_solver.hpp"
 #include "integrate/solve/rounding_floor.hpp"
 #include "integrate/step/increment_check.hpp"
@@ -99,6 +101,7 @@ class BdfStepper final : public Stepper {
   IncrementCheck check_;
   RoundingFloor rounding_;
   LastStep last_;
+  std::optional<double> restarted_at_;  ///< the point of the last restart after failures
   bool rejected_ = false;
   int failures_ = 0;  ///< in a row
   Point next_;
