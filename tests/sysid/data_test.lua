@@ -69,6 +69,8 @@ test("bad data", function()
   expect(function() d:split(1) end):fails "between 0 and 1"
   expect(function() d:detrend "quadratic" end):fails "unknown trend"
   expect(function() d:resample(-1) end):fails "positive"
+  local tiny = iddata { y = { 1, 2, 3 }, Ts = 5e-324 }         -- found by fuzzing: the ratio is infinite
+  expect(function() tiny:resample(0.5) end):fails "1e8 times"
   expect(function() arx(d, { na = -1, nb = 1 }) end):fails "na must not be negative"
   expect(function() arx(d, { na = 1.5 }) end):fails "whole number"
   expect(function() arx(d, {}) end):fails "all orders are zero"

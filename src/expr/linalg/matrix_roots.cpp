@@ -111,10 +111,13 @@ Mat by_schur_form(const Mat& a, const char* what, bool zero, const Function& f) 
   const Vec d = balancing(a);
   const Vec inverse = d.cwiseInverse();
   const Mat B = inverse.asDiagonal() * a * d.asDiagonal();
-  const Eigen::ComplexSchur<Mat> schur(B);
-  require_principal(schur.matrixT().diagonal(), B, what, zero);
-  const ComplexMat U = schur.matrixU(),
-                   F = U * f(schur.matrixT().triangularView<Eigen::Upper>()) * U.adjoint();
+  // entries near 1: the squares of others overflow, and after ten iterations Eigen 3.4 reads outside of 2 × 2
+  const double largest = B.cwiseAbs().maxCoeff();
+  const double unit = largest > 0 ? std::exp2(std::floor(std::log2(largest))) : 1;
+  const Eigen::ComplexSchur<Mat> schur(Mat(B / unit));
+  const ComplexMat T = unit * schur.matrixT();
+  require_principal(T.diagonal(), B, what, zero);
+  const ComplexMat U = schur.matrixU(), F = U * f(T.triangularView<Eigen::Upper>()) * U.adjoint();
   return d.asDiagonal() * F.real() * inverse.asDiagonal();
 }
 

@@ -32,9 +32,9 @@ constexpr long most_choices = 10'000;
 constexpr double min_progress = 1e-3;
 
 /// What is left of the regularity of the chosen rows: the reciprocal condition number of their Jacobian,
-/// relative to that at the first point, in the scaling of that point. Balanced: divided by largest entries, in
-/// nanometres other directions may hide the one that is lost. Where rounding errors in place of 0 spoil that,
-/// divided by largest entries.
+/// relative to that at the first point, in the scaling of that point. Balanced: divided by largest entries,
+/// in nanometres other directions may hide the one that is lost. Where rounding errors in place of 0 spoil
+/// that, divided by largest entries.
 class Regularity {
  public:
   Regularity(const dae::ModelPtr& model, const Simulation& simulation)

@@ -227,6 +227,10 @@ IdData resample(const IdData& d, double Ts, Resampling how) {
   if (!(Ts > 0) || !std::isfinite(Ts)) throw Error(text("Ts must be positive, got ", shortest(Ts)));
   if (missing(d) > 0) throw Error(text(missing_text(d), "; fill them first: d:fill():resample(Ts)"));
   const double ratio = Ts / d.Ts;
+  constexpr double longest = 1e8;  // of data that fit into memory one sample would be left
+  if (!(ratio <= longest))
+    throw Error(text("Ts = ", shortest(Ts), " is more than 1e8 times that of the data, ", shortest(d.Ts),
+                     ": at most one sample would be left"));
   IdData out = d;
   out.Ts = Ts;
   out.first_sample = 1;
