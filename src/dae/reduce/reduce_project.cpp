@@ -67,6 +67,8 @@ void weigh(Projection& p, const Model& m) {
 
 /// The units of all leaves as derived from the equations; 1 if all are near 1.
 std::unordered_map<Expr, double> units(const Model& m) {
+  constexpr std::size_t most = 300;  // rows: derivatives of linear solutions cost the square of them
+  if (m.residuals.size() > most) return {};
   const NumericArray equations(DerivativeArray(residuals_at_values(m), m.variables));
   std::unordered_map<Expr, double> size;
   for (std::size_t j = 0; j < equations.columns().size(); ++j)
