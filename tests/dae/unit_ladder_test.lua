@@ -106,6 +106,20 @@ function ladder.slider_crank(L, T)
   return m
 end
 
+--- A crank drives a second one by rods; the rate of the second is in one equation only.
+function ladder.crank_and_rod(L, T)
+  local m = new_model()
+  local a, b = m.unknown("a", 1, 1.2, true), m.unknown("b", 1, -0.5)
+  local w, v = m.unknown("w", 1/T, 3, true), m.unknown("v", 1/T, -0.6)
+  local lambda = m.unknown("lambda", L/T^2, 0)
+  m.add(der(a) ~ w)
+  m.add(der(b) ~ v)
+  m.add((0.3 + 0.2*cos(a)^2)*L*der(w) ~ -0.5*L/T^2*sin(a) + 0.2*L*sin(a)*cos(a)*w^2 - lambda*cos(a))
+  m.add(0.1*L*der(v) ~ 0.2*L/T^2*cos(b) - 2*lambda*cos(b))
+  m.add(L*sin(a) + 2*L*sin(b) ~ 0)
+  return m
+end
+
 local function words(text) return (tostring(text):gsub("\n.*", ""):gsub("%d[%d%.e+-]*", "#")) end
 
 --- Index, dof, start and results, by names.

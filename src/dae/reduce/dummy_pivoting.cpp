@@ -170,6 +170,27 @@ double quality_of(const std::vector<Component>& parts, const std::vector<char>& 
   return worst;
 }
 
+/// The sizes of the variables and of their derivatives up to those orders, from the equations and one time
+/// that relates all of them: alone, b′ = v has no size where v is in no other equation, beside a′ = w of 10⁶.
+std::unordered_map<Expr, double> sizes_with_one_time(const Model& model, std::span<const int> orders) {
+  std::vector<Expr> rows = residuals_at_values(model);
+  for (std::size_t j = 0; j < model.variables.size(); ++j)
+    for (int k = 1; k <= orders[j]; ++k) {
+      const Expr leaf = model.variables[j].leaf;
+      rows.push_back(derivative_leaf(leaf, k - 1) + derivative_leaf(leaf, k) * time_symbol());
+    }
+  std::unordered_set<Expr> unknown{time_symbol()};
+  for (std::size_t j = 0; j < model.variables.size(); ++j)
+    for (int k = 0; k <= orders[j]; ++k) unknown.insert(derivative_leaf(model.variables[j].leaf, k));
+  std::vector<Expr> columns;
+  for (Expr leaf : leaves(rows))
+    if (unknown.count(leaf) > 0) columns.push_back(leaf);
+  const NumericArray equations(std::move(rows), columns);
+  std::unordered_map<Expr, double> size;
+  for (std::size_t j = 0; j < columns.size(); ++j) size[equations.columns()[j]] = equations.unit()[j];
+  return size;
+}
+
 }  // namespace
 
 DummyPivoting::DummyPivoting(const ModelPtr& source) : model_(source), analysis_(require_regular(*source)) {
@@ -178,13 +199,9 @@ DummyPivoting::DummyPivoting(const ModelPtr& source) : model_(source), analysis_
       entries_.push_back(e);
       slopes.push_back(e.value);
     }
-  const NumericArray equations(DerivativeArray(residuals_at_values(*source), source->variables));
-  std::unordered_map<Expr, double> size;
-  for (std::size_t j = 0; j < equations.columns().size(); ++j)
-    size[equations.columns()[j]] = equations.unit()[j];
+  const auto size = sizes_with_one_time(*source, analysis_.offsets.d);
   unit_ = Vec::Ones(static_cast<Index>(source->variables.size()));
-  // The unit of the highest derivative, for which an equation is solved. In nanometres, a velocity determined
-  // by its derivative alone has no unit of its own.
+  // The size of the highest derivative, for which an equation is solved.
   for (std::size_t j = 0; j < source->variables.size(); ++j)
     for (int order = analysis_.offsets.d[j]; order >= 0; --order)
       if (const auto it = size.find(derivative_leaf(source->variables[j].leaf, order)); it != size.end()) {

@@ -51,7 +51,6 @@ class EventHandler {
 
   /// The step is taken back and repeated with a quarter of its length. False where that makes no progress, or
   /// where x′ and z, solved for again, are on another branch: the step has passed the singular point already.
-  bool begins_on_chosen_side();
   bool repeated_shorter();
   bool repeated_for_doubt();
 
@@ -61,6 +60,7 @@ class EventHandler {
   }
   /// The equations have finite values there.
   bool is_defined(const Point& point) const;
+  bool begins_on_chosen_side();
   bool repeated_up_to(double t);
   bool repeated(double dt);
   bool handle(const EventFinder::Hit& hit, RunOutcome& outcome);

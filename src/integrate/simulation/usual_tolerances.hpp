@@ -15,8 +15,9 @@ double usual_rtol(const Simulation& simulation);
 /// natural_sizes().
 Vec usual_atol(const Simulation& simulation, const ProblemPtr& problem, const Point& start);
 
-/// Tolerances::time of unknowns of index 2, by natural_sizes(): no unit of time is special. 1 where sizes are
-/// not known, and in models of index 3.
+/// Tolerances::time, n + m entries, of unknowns of index 2: no unit of time is special. 1 where sizes are not
+/// known, and in models of index 3. Requires the index of every unknown (x, z). Cost: natural_sizes() and one
+/// evaluation of x′ and its slopes.
 Vec multiplier_times(const Simulation& simulation, const ProblemPtr& problem, const Point& start,
                      const std::vector<int>& index);
 

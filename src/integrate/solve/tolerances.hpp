@@ -13,13 +13,13 @@ constexpr double default_rtol = 1e-6;  ///< where none is given
 /// n + m entries each, in the order x, z.
 struct Tolerances {
   Vec rtol, atol;
-  Vec time = {};  ///< within which unknowns of index 2 and 3 move x by its size; empty: 1
+  Vec time = {};  ///< of n + m entries: within which an unknown of index 2 moves x by its size; empty: 1
 
   static Tolerances uniform(int size, double rtol, double atol) {
     return {Vec::Constant(size, rtol), Vec::Constant(size, atol)};
   }
-  /// Of the tolerance of unknown k in a step of dt: x, known to its tolerance, leaves time/dt times that open
-  /// for each index above 1.
+  /// The factor, at least 1, on the tolerance of unknown k in a step of dt: x, known to its tolerance, leaves
+  /// time/dt times that open for each index above 1 (docs/derivations.md, radau). Requires 0 <= k < n + m.
   double relaxation(int k, int index, double dt) const {
     const double part = std::min(1.0, time.size() == 0 ? dt : dt / time[k]);
     double factor = 1;
