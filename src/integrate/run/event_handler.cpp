@@ -391,7 +391,8 @@ void EventHandler::check_accumulation(Point& point, const EventFinder::Hit& hit)
   const int which = last_event_ && since_event_ <= 2 ? *last_event_ : hit.list.front().which;
   const Event event = state_.plan.events.list[which];  // the list may grow
   const bool again = point.t - last_accumulation_ < brief * state_.interval();
-  const bool unfrozen = event.surface && !again && modes_.unfreeze(hit.list, point);
+  // once for each border, however many accumulate together
+  const bool unfrozen = event.surface && modes_.unfreeze(hit.list, point);
   const bool slides = event.surface && !again && !unfrozen && modes_.slide_where_crossed(point);
   if (slides) point = state_.stepper().here();  // moved onto the borders
   if (unfrozen || slides) {

@@ -200,9 +200,16 @@ bool ModeTracker::slide_along_one_of(const std::vector<int>& candidates, const P
   const auto slides = [&](const std::vector<int>& which) {
     Point there = point;
     std::vector<int> done;
-    for (int i : which)
-      if (slide(i, there)) done.push_back(i);
-    if (!done.empty() && (!near || is_near(done, point, there))) {
+    bool tried = false;
+    try {
+      for (int i : which)
+        if (slide(i, there)) done.push_back(i);
+      tried = !done.empty();
+    } catch (const UserFacing&) {
+      if (done.empty()) throw;
+      // moved onto one border, where its sides agree, the solution cannot slide along it without the next
+    }
+    if (tried && (!near || is_near(done, point, there))) {
       state_.stepper().start(there, state_.end);
       if (outside().empty()) return true;
     }
