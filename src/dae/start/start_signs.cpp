@@ -14,17 +14,24 @@
 namespace pendula::dae {
 namespace {
 
+// Of the terms, which counts as 0. Arguments from a solved start were off by up to 2.5·10⁻¹² (a pendulum in
+// 10⁶ s and nm); one that is not 0 fails the trials with 0.
+constexpr double rounding = 1e-10;
 constexpr int values_of_sign = 4;      // 1, -1, 0, and an unknown that keeps the argument at 0
 constexpr std::size_t most_signs = 4;  // 4⁴ = 256 trials
 
 /// The sign functions whose arguments are 0 at a start.
 std::vector<Expr> signs_at_zero(const Model& model, const ConsistentState& at) {
-  constexpr double rounding = 1e-12;  // 4500 ε of the terms
+  std::unordered_map<Expr, double> sizes =
+      at.values;  // of a speed that is 0: what its rounding is measured by
+  for (const auto& [leaf, unit] : at.units)
+    if (const auto known = sizes.find(leaf); known != sizes.end())
+      known->second = std::max(std::fabs(known->second), unit);
   std::vector<Expr> nodes;
   for (Expr node : topological(model.residuals)) {
     if (node.op() != Op::sign) continue;
     const Expr argument = node.operand(0);
-    if (std::fabs(at(argument)) <= rounding * (1 + size_of_terms(argument, at.values))) nodes.push_back(node);
+    if (std::fabs(at(argument)) <= rounding * (1 + size_of_terms(argument, sizes))) nodes.push_back(node);
   }
   return nodes;
 }

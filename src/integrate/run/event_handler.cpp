@@ -43,11 +43,13 @@ bool EventHandler::after_step(RunOutcome& outcome) {
   return false;
 }
 
-/// The step has shown the side of a border on which it began without one: it is made anew.
+/// The step has shown on which side of a border it goes on, or that neither takes it: it is made anew.
 bool EventHandler::begins_on_chosen_side() {
+  if (state_.plan.modes == 0) return false;
   const Point before = state_.stepper().before();
-  if (state_.plan.modes == 0 || !modes_.has_chosen_side(before)) return false;
-  begin_again(before, {});
+  const bool chosen = modes_.has_chosen_side(before);
+  if (!chosen && !(first_in_step_ && modes_.slides_from_start(before))) return false;
+  begin_again(chosen ? before : Point(state_.stepper().here()), {});
   return true;
 }
 

@@ -39,6 +39,7 @@ Failure ModeTracker::chattering(const Event& surface) const {
 void ModeTracker::begin(const Point& point, const Crossings& crossed) {
   if (point.t >= state_.end) state_.set_step_end(point.t);
   begun_ = crossed;
+  if (point.t != begun_at_) headed_.clear();
   begun_at_ = point.t;
   const bool on_edge = on_edge_of_domain(point, crossed);
   if (state_.plan.modes == 0 && weights_.empty()) {
@@ -46,6 +47,10 @@ void ModeTracker::begin(const Point& point, const Crossings& crossed) {
     state_.finder.start(state_.stepper().here(), crossed);
   } else {
     begin_in_some_mode(point, crossed);
+    headed_.insert(headed_.end(), crossed.begin(), crossed.end());
+    std::erase_if(headed_, [&](const auto& crossing) {  // a reset may have left the border
+      return !state_.finder.is_on_border(static_cast<std::size_t>(crossing.which));
+    });
     for (Border& border : borders_) border.released = 0;
   }
   if (on_edge) begin_with_short_step();
@@ -188,9 +193,14 @@ std::vector<int> ModeTracker::set_modes(const Point& point, const Crossings& cro
     if (const double ahead = side_ahead(crossing.which, point); ahead != 0) sides[crossing.which] = ahead;
   }
   use(sides);
-  for (std::size_t i = 0; i < sides.size(); ++i)
-    if (sides[i] == 0 && is_frozen(i) && !events()[i].modes.empty())
-      sides[i] = side_ahead(static_cast<int>(i), point);
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    if (sides[i] != 0 || !is_frozen(i) || events()[i].modes.empty()) continue;
+    // in the branch that was chosen before, so that one which leads back to the border is noticed
+    if (!before.empty())
+      for (const Mode& mode : events()[i].modes) modes_[mode.number] = before[mode.number];
+    use_modes();
+    sides[i] = side_ahead(static_cast<int>(i), point);
+  }
   use(sides);
   std::vector<int> changed;
   undecided_.clear();
@@ -209,6 +219,10 @@ void ModeTracker::use(const std::vector<double>& sides) {
   modes_.resize(static_cast<std::size_t>(state_.plan.modes), 1.0);
   for (std::size_t i = 0; i < sides.size(); ++i)
     for (const Mode& mode : events()[i].modes) modes_[mode.number] = mode.value(sides[i]);
+  use_modes();
+}
+
+void ModeTracker::use_modes() {
   state_.history->use_modes(state_.problem, modes_);
   state_.finder.set_modes(modes_);
 }
@@ -251,9 +265,26 @@ bool ModeTracker::has_chosen_side(const Point& before) {
     const double side = state_.finder.side(static_cast<int>(i));
     if (side == 0 || !is_frozen(i)) continue;
     borders_[i].released = side > 0 ? 1 : -1;
+    headed_.push_back({static_cast<int>(i), side > 0});
     any = true;
   }
   undecided_.clear();
+  return any;
+}
+
+bool ModeTracker::slides_from_start(const Point& before) {
+  if (before.t != begun_at_) return false;
+  Point there = before;
+  bool any = false;
+  for (const auto& crossing : Crossings(headed_)) {
+    const auto place = static_cast<std::size_t>(crossing.which);
+    const int side = crossing.rising ? 1 : -1;
+    if (place >= borders_.size() || is_continuous({crossing}) || events()[place].modes.empty()) continue;
+    const bool has_left = borders_[place].left != 0 && borders_[place].left_at == before.t;
+    if (has_left || state_.finder.side(crossing.which) != -side) continue;
+    if (jump_.is_continuous(crossing.which, before)) continue;
+    any = slide(crossing.which, there) || any;
+  }
   return any;
 }
 

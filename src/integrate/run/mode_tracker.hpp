@@ -46,6 +46,11 @@ class ModeTracker {
   /// After a first step that began on a border whose side could not be told, since x′ does not follow from x
   /// (index 2): has it left the border? The run must then begin again where the step began, on that side.
   bool has_chosen_side(const Point& before);
+  /// After a first step without a root, from a border to the side that a crossing or has_chosen_side() had
+  /// shown: is it on the other side? One branch then leads to the side whose own leads back at once, and from
+  /// the beginning of the step on the solution slides, if it can. The run must begin again there, where the
+  /// stepper stands.
+  bool slides_from_start(const Point& before);
   /// After a first step: throws Failure where the solution has no continuation on either side of a border:
   /// with the branch of one side the step has returned to the other.
   void require_way_on(const Point& before);
@@ -96,6 +101,7 @@ class ModeTracker {
                     const std::vector<double>& arriving);
   std::vector<int> set_modes(const Point& point, const Crossings& crossed);
   void use(const std::vector<double>& sides);
+  void use_modes();
   void start_finder(const Point& point, const Crossings& crossed);
   RhsSolver& derivative();
   bool on_edge_of_domain(const Point& point, const Crossings& crossed);
@@ -134,6 +140,7 @@ class ModeTracker {
   } attempts_;
   Crossings begun_;                     ///< at the last restart of the run
   std::vector<std::size_t> undecided_;  ///< borders on which it began, on no side
+  Crossings headed_;                    ///< from borders on which it began, to the side that it should take
   double begun_at_ = 0;
   long crossings_ = 0;  ///< of borders that can be unfrozen, at different times
   std::unique_ptr<RhsSolver> derivative_;
