@@ -140,3 +140,95 @@ test("slider crank with a flexible rod, in every form", function()
     end
   end
 end)
+
+-- ── wheelset on a straight track, index 2 and 3: Simeon, Führer & Rentrop, Surv. Math. Ind. 1, 1991 ──
+
+local x, y, z, theta, phi, vx, vy, vz, vt, vp, beta = vars "x y z theta phi vx vy vz vt vp beta"
+local st, ct, sp, cp = sin(theta), cos(theta), sin(phi), cos(phi)
+
+--- The contact of one conical wheel with its round rail; e = 1 on the left, -1 on the right.
+local function contact(e, psi, xi)
+  local slope, ss, cs = math.tan(0.0262), sin(psi), cos(psi)
+  local r, dr = 0.1 + slope*(0.1506 - e*xi), -e*slope
+  local d = e*(x + xi*ct*cp + r*(ct*sp*cs - st*ss)) - 0.1506 - math.sin(0.0262)*0.06
+  local height = sqrt(0.06^2 - d^2)
+  local rail, drail = height - 0.1 - math.cos(0.0262)*0.06, -e*d/height
+  local plane = atan(((dr*cp - sp*cs)*ct + ss*st)/(-e*(dr*sp + cs*cp)))
+  return { e = e, xi = xi, r = r, ss = ss, cs = cs, sd = sin(plane), cd = cos(plane),
+    size = 0.5/(r*math.sqrt(1 + slope^2)) + 0.5*0.06^2/height^3/(1 + drail^2)^1.5,
+    normal = { drail, -1, 0, drail*(r*(-ct*ss - cs*sp*st) - cp*st*xi),
+      -cs*r*sp - cp*xi + drail*(cp*cs*ct*r - ct*sp*xi) },
+    gap = rail - y - xi*sp + r*cp*cs,
+    parallel = { drail*(dr*sp + cp*cs) + dr*ct*cp - ct*sp*cs + st*ss, dr*st*cp - st*sp*cs - ct*ss } }
+end
+
+--- Creep after Jaschinski: the force on a wheel and its moments about θ, φ and the axle.
+local function creep(s, force)
+  local e, xi, r, ss, cs, cd, sd, spin = s.e, s.xi, s.r, s.ss, s.cs, s.cd, s.sd, 300 + beta
+  local si, co, G = sin(theta/cd), cos(theta/cd), 7.92e10
+  local c = (3*abs(force)*0.72*1.3537956/(2*3.1415926*s.size*G*math.sqrt(0.7115218)))^(1/3)
+  local drop = xi*sp - r*cp*cs
+  local k1 = -spin*r*(si*cs + co*sp*ss) - vt*(r*(si*sp*cs + co*ss) + xi*si*cp) - vp*co*drop
+  local k2 = spin*r*cp*ss + vp*(xi*cp + r*sp*cs)
+  local k3 = -spin*r*(co*cs - si*sp*ss) - vt*(xi*co*cp + r*(co*sp*cs - si*ss)) + vp*si*drop
+  local rolling = sqrt((k1 - vx)^2 + (k2 - vy)^2 + (k3 - vz - 30)^2)/2
+  k1, k2, k3 = k1 + vx, k2 + vy, k3 + vz + 30
+  local most, moment = 0.12*force, (-e*sd*spin + cd*vt)/rolling
+  local along = -most*tanh(G*c^2*4.72772197*(si*k1 + co*k3)/rolling/most)
+  local across = -most*tanh(G*c^2*4.27526987*(co*cd*k1 + e*sd*k2 - si*cd*k3)/rolling/most
+    + G*c^3*1.97203505*moment/most)
+  local beyond = along^2 + across^2
+  local share = ifelse(gt(beyond, most^2), abs(most)/sqrt(beyond), 1)
+  along, across = along*share, across*share
+  local f1, f2, f3 = si*along + co*cd*across, e*sd*across, co*along - si*cd*across
+  return { f1, f2, f3, -(xi*st + r*ss*ct*cp)*f1 - r*ss*sp*f2 + (-xi*ct + r*ss*st*cp)*f3,
+    -(xi*ct*sp - r*cs*ct*cp)*f1 + (xi*cp + r*cs*sp)*f2 + (xi*st*sp - r*cs*st*cp)*f3,
+    -r*(cs*st + ss*ct*sp)*f1 + r*ss*cp*f2 - r*(cs*ct - ss*st*sp)*f3 }
+end
+
+local function wheelset(index)
+  local pr, xr, pl, xl, la = var "psir", var "xir", var "psil", var "xil", var("la", 2)
+  local L, R = contact(1, pl, xl), contact(-1, pr, xr)
+  local function pull(i) return 1e4*(L.normal[i]*la[1] + R.normal[i]*la[2]) end
+  local det = -L.sd*R.cd - R.sd*L.cd
+  local fl = creep(L, (R.cd*pull(1) - R.sd*pull(2))/det)
+  local fr = creep(R, (-L.cd*pull(1) - L.sd*pull(2))/det)
+  local function all(i) return fl[i] + fr[i] + (i < 6 and pull(i) or 0) end
+  local m, i1, i2, spin, turn = 16.08, 0.0605, 0.366, 300 + beta, 2*0.19^2*6400*theta
+  local v = { vx, vy, vz, vt, vp }
+  local function kept(s)
+    if index == 3 then return s.gap end
+    local sum = 0
+    for i = 1, 5 do sum = sum + s.normal[i]*v[i] end
+    return sum
+  end
+  local sys = dae { der(x) ~ vx, der(y) ~ vy, der(z) ~ vz, der(theta) ~ vt, der(phi) ~ vp,
+    m*der(vx) ~ all(1) - 2*6400*x, m*der(vy) ~ all(2) - m*9.81, m*der(vz) ~ all(3) - 2*6400*z,
+    i2*cp*der(vt) ~ i2*vt*vp*sp - i1*spin*vp - (i1 - i2)*vt*sp*vp + all(4) - cp*turn,
+    i2*der(vp) ~ i1*spin*vt*cp + (i1 - i2)*vt^2*sp*cp + all(5),
+    i1*(sp*der(vt) + der(beta)) ~ -i1*vt*vp*cp + all(6) - sp*turn,
+    0 ~ kept(L), 0 ~ kept(R), 0 ~ vec(L.parallel), 0 ~ vec(R.parallel) }
+  local guess = { [x] = 0.14941e-2, [y] = 0.40089e-6, [z] = 0.11241e-5, [theta] = -0.28573e-3,
+    [phi] = 0.26459e-3, [pr] = -7.4e-6, [xr] = -0.15214, [pl] = 7.56e-6, [xl] = 0.14906,
+    [la] = { -8.3593e-3, -7.4144e-3 } }
+  for _, speed in ipairs { vx, vy, vz, vt, vp, beta } do guess[speed] = 0 end
+  return sys, guess, { [x] = 0.86355386965811e-2, [z] = -0.93635784016818e-4, [theta] = -0.13642299804033e-1,
+    [phi] = 0.15292895005422e-2, [vx] = -0.76985374142666e-1, [vt] = -0.23904837703692,
+    [beta] = -0.24421377661131, [xr] = -0.15949425684022, [xl] = 0.14173214964613,
+    [la[1]] = -0.10124044903201e-1, [la[2]] = -0.56285630573753e-2 }
+end
+
+test("wheelset on a straight track, whose published values have 9 digits", function()
+  for _, index in ipairs { 2, 3 } do
+    local sys, guess, reference = wheelset(index)
+    local fix, free = {}, { x, z, theta, vx, vz, vt, beta }
+    if index == 2 then free = { x, y, z, theta, phi, vx, vz, vt, beta } end
+    for _, unknown in ipairs(free) do fix[unknown] = guess[unknown] end
+    local at = sys:init { fix = fix, guess = guess }
+    expect(sys:index(at)):equals(index)
+    expect(sys:dof(at)):equals(#free)
+    local sol = sys:reduce():integrate { start = at, to = 10, rtol = 1e-5, method = "radau" }
+    expect(sol.status):equals "finished"
+    expect(tolerances_off(sol, reference, 1e-5, { [vx] = 0.2, [z] = 1e-3 }) < 100):is_true()
+  end
+end)
