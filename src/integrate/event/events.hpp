@@ -52,6 +52,11 @@ struct EventList {
   /// Conditions that the states must satisfy after a reset, level by level; `reset` says which states keep
   /// their new value. Throws Error when they cannot.
   std::function<void(Point&, const std::vector<int>& reset)> reinitialise;
+
+  /// May the states jump at one of them?
+  bool may_jump() const {
+    return std::any_of(list.begin(), list.end(), [](const Event& e) { return e.call || !e.reset.empty(); });
+  }
 };
 
 /// The condition of an event turns faster than steps can be; shorter ones would show no more of it.

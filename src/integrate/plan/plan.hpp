@@ -65,6 +65,7 @@ struct Plan {
   /// Chains of derivatives as unknowns (form "array"): each one is a difference of larger ones, so that
   /// rounding errors are monitored at every tolerance.
   bool has_chains = false;
+  SmallStates small_states;
   EventList events;
   int modes = 0;  ///< of the surfaces among the events
   /// The same problem with each surface treated as asked for (event/surfaces.hpp), by their numbers. Throws

@@ -19,9 +19,11 @@
 #include "integrate/event/monitor/switch_monitor.hpp"
 #include "integrate/plan/run_monitors.hpp"
 #include "integrate/plan/stall_detector.hpp"
+#include "integrate/problem/invariant_zeros.hpp"
 #include "integrate/run/event_handler.hpp"
 #include "integrate/run/input_breaks.hpp"
 #include "integrate/run/method_selector.hpp"
+#include "integrate/solution/regrowth.hpp"
 #include "integrate/solution/rounding_watch.hpp"
 #include "integrate/solution/standstill.hpp"
 #include "integrate/step/hermite.hpp"
@@ -74,6 +76,16 @@ Failure at_start(double t, const Failure& failure, const char* remedy) {
   return Failure(text("at the start, t = ", rounded(t, 6), ": ", failure.what(), remedy));
 }
 
+/// Writes into the solution how often every smooth switch was located, beside its borders.
+void report_switches(const SwitchMonitor& switches, Solution& solution) {
+  std::vector<BorderInUse> list = solution.borders();
+  for (std::size_t i = 0; i < switches.switches().size(); ++i)
+    if (const long n = switches.located()[i]; n > 0)
+      list.push_back(
+          {switches.switches()[i], text("smooth switch, located ", n, n == 1 ? " time" : " times")});
+  solution.set_borders(std::move(list));
+}
+
 class AdaptiveRun {
  public:
   AdaptiveRun(ProblemPtr problem, const Method& method, const Plan& plan)
@@ -90,6 +102,8 @@ class AdaptiveRun {
         standstill_(*state_.problem, state_.plan.tolerances, state_.plan.events.list),
         rounding_(*state_.problem, state_.plan.tolerances, state_.plan.variable_index,
                   state_.plan.has_chains),
+        regrowth_(invariant_zeros(*state_.problem), state_.plan.tolerances, state_.plan.small_states,
+                  state_.plan.events.may_jump()),
         is_explicit_(method.family && method.family->is_explicit) {}
 
   std::shared_ptr<Solution> solution() { return state_.solution; }
@@ -114,6 +128,7 @@ class AdaptiveRun {
     monitors_.start(first_);
     domain_.start(first_);
     standstill_.after(first_, plan().to - first_.t);
+    regrowth_.start(first_, state_.stats());
     restart_step_monitors();
     ended_ = events_.settle(nullptr, events_.carried_across(plan().events.sides));
   }
@@ -136,7 +151,8 @@ class AdaptiveRun {
     state_.writer.release();
     state_.problem->set_limit(std::numeric_limits<double>::infinity());
     const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
-    report_borders();
+    modes_.report();
+    report_switches(switches_, *state_.solution);
     state_.solution->set_rounding(rounding_.remark(*state_.problem, stepper().here()));
     try {
       if (outcome.ending == Ending::stopped && plan().continuations)
@@ -172,7 +188,9 @@ class AdaptiveRun {
       rounding_.after(*state_.problem, stepper().before(), stepper().here(), state_.stats().steps);
     if (const auto stop = monitors_.after({stepper().before(), stepper().here(), done, state_.stats()}))
       return stop_at(*stop, outcome);
-    if (done) {
+    if (regrowth_.ends_run(stepper().here(), state_.stats())) {
+      outcome.ending = Ending::regrowth;
+    } else if (done) {
       outcome.ending = Ending::finished;
       if (breaks_.are_at_end()) breaks_.arrive();
     } else if (at_break) {
@@ -188,6 +206,7 @@ class AdaptiveRun {
 
   void restart_step_monitors() {
     for (StepMonitor* monitor : step_monitors()) monitor->restart(state_.problem, stepper().here());
+    regrowth_.after_event(stepper().here());
   }
 
   /// A step that fails with frozen branches may succeed with the original ones, since a frozen branch may be
@@ -268,17 +287,6 @@ class AdaptiveRun {
     return rejection.until ? events_.repeated_until(*rejection.until) : events_.repeated_shorter();
   }
 
-  /// Writes into the solution what became of every border and smooth switch.
-  void report_borders() {
-    modes_.report();
-    std::vector<BorderInUse> list = state_.solution->borders();
-    for (std::size_t i = 0; i < switches_.switches().size(); ++i)
-      if (const long n = switches_.located()[i]; n > 0)
-        list.push_back(
-            {switches_.switches()[i], text("smooth switch, located ", n, n == 1 ? " time" : " times")});
-    state_.solution->set_borders(std::move(list));
-  }
-
   /// The solution at the stopping time, extrapolated from the last step if necessary.
   Point point_near(double t) {
     if (stop_point_) return *stop_point_;
@@ -317,6 +325,7 @@ class AdaptiveRun {
   PeakMonitor peaks_;
   Standstill standstill_;
   RoundingWatch rounding_;
+  RegrowthWatch regrowth_;
   StallDetector stall_;
   const bool is_explicit_;  ///< of the requested method
   bool ended_ = false;      ///< by an event at the start

@@ -224,6 +224,7 @@ void SolutionInParts::add(RunPart piece, std::size_t shown) {
   stats_.newton_iterations += s.newton_iterations;
   stats_.errors += s.errors;
   if (s.rest) stats_.rest = s.rest;
+  if (s.regrowth) stats_.regrowth = s.regrowth;
   if (merged_->not_unique().empty()) merged_->set_not_unique(solution->not_unique());
   seconds_ += solution->cpu_seconds();
 }

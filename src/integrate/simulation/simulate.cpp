@@ -12,6 +12,7 @@
 #include "integrate/simulation/preparation.hpp"
 #include "integrate/simulation/problem_setup.hpp"
 #include "integrate/simulation/regime_run.hpp"
+#include "integrate/simulation/regrown_states.hpp"
 #include "integrate/simulation/state_reselection.hpp"
 
 namespace pendula::integrate {
@@ -59,6 +60,7 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
                     : integrate(run.problem, simulation.method.tableau, run.start, plan));
   const auto so_far = std::make_shared<TrajectoryPtr>();
   complete_plan(plan, model, simulation, run, so_far);
+  plan.small_states.repeatable = repeatable_states(simulation, *model, *run.problem);
   if (plan.check_singularities && simulation.start && simulation.sensitivities.empty())
     plan.continuations = [&](const Point& p, bool here) {
       return continuations_at_end_text(model, simulation, (*so_far)->solution(), p, here);
@@ -73,6 +75,8 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
     }
   }();
   so_far->reset();  // breaks the reference cycle between the callbacks and the solution
+  if (solution->outcome().ending == Ending::regrowth)
+    return simulate(model, following_small_states(simulation, *solution));
   return wrap(solution);
 }
 

@@ -13,6 +13,7 @@ enum class Ending {
   finished,     ///< at `to`
   event,        ///< an event asked to stop
   stop_when,    ///< Plan::stop_when held
+  regrowth,     ///< states have grown again from below their tolerances: simulate() repeats the run
   interrupted,  ///< Ctrl-C
   stopped       ///< it could not go on; the message says why
 };
@@ -35,6 +36,8 @@ struct RunOutcome {
         return "event";
       case Ending::stop_when:
         return "left";
+      case Ending::regrowth:
+        return "to be repeated";
       case Ending::interrupted:
         return "interrupted";
       case Ending::stopped:

@@ -8,6 +8,7 @@
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
 #include "expr/print/print.hpp"
+#include "integrate/solution/regrowth.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -177,6 +178,34 @@ std::optional<double> Solution::passed_growth() const {
   return *passed_growth_;
 }
 
+/// Names of states: "E, I".
+static std::string names_of(const std::vector<int>& states, const Problem& problem) {
+  std::string list;
+  for (const int i : states) list += (list.empty() ? "" : ", ") + to_text(problem.model().x[i]);
+  return list;
+}
+
+/// States that have grown again from below their tolerances.
+static std::string regrowth_text(const Regrowth& regrowth, const Problem& problem) {
+  const std::string names = names_of(regrowth.states, problem);
+  const std::string when = text(names, regrowth.states.size() == 1 ? " was" : " were",
+                                " smaller than the tolerance at t = ", rounded(regrowth.t, 4));
+  switch (regrowth.effect) {
+    case Regrowth::Effect::followed:
+      return text(when, " and grew again: the steps keep rtol alone there (atol = ",
+                  rounded(RegrowthWatch::least_atol, 1), ")\n");
+    case Regrowth::Effect::below_numbers:
+      return text(when,
+                  " and smaller than the smallest numbers before growing again: an error decides what "
+                  "follows; take the logarithm as unknown\n");
+    case Regrowth::Effect::unknown:
+      break;
+  }
+  return text(when, " and grew again: an error there decides what follows; take atol = { [",
+              to_text(problem.model().x[regrowth.states.front()]),
+              "] = ", rounded(RegrowthWatch::least_atol, 1), " }\n");
+}
+
 /// A warning about accumulated errors: every step keeps its tolerance, but undamped errors add up.
 std::string Solution::errors_text() const {
   if (stats_.rest)
@@ -184,6 +213,8 @@ std::string Solution::errors_text() const {
         "at t = ", rounded(*stats_.rest, 4),
         " the solution almost stood still before it moved: errors within the tolerances decided where to; take a "
         "smaller atol; sol:check() estimates the error\n");
+  if (stats_.regrowth && stats_.regrowth->effect != Regrowth::Effect::followed)
+    return regrowth_text(*stats_.regrowth, *problem_);
   if (const std::optional<double> when = passed_growth())
     return text("from t = ", rounded(*when, 4),
                 " the solution stays where its neighbours depart, since the method damps what grows within a "
@@ -210,6 +241,8 @@ std::string Solution::stats_text() const {
   for (const std::string& remark : {rounding_, not_unique_, untested_})
     if (!remark.empty()) result += remark + "\n";
   result += errors_text();
+  if (stats_.regrowth && stats_.regrowth->effect == Regrowth::Effect::followed)
+    result += regrowth_text(*stats_.regrowth, *problem_);
   return result + regimes_text() + borders_text();
 }
 

@@ -61,6 +61,10 @@ int stats_rounding(Call& call) { return call.push(counted(call).rounding); }
 int stats_not_unique(Call& call) { return call.push(counted(call).not_unique); }
 int stats_untested(Call& call) { return call.push(counted(call).untested); }
 int stats_rest(Call& call) { return call.push(counted(call).counts.rest); }
+int stats_regrowth(Call& call) {
+  const auto& regrowth = counted(call).counts.regrowth;
+  return call.push(regrowth ? std::optional(regrowth->t) : std::nullopt);
+}
 int stats_growth(Call& call) { return call.push(counted(call).growth); }
 int stats_errors(Call& call) { return call.push(counted(call).errors); }
 int stats_time(Call& call) { return call.push(counted(call).seconds); }
@@ -151,6 +155,13 @@ return sol:drift())",
         {"stats#rest", stats_rest, "stats.rest -> number or nil",
          "A time at which the solution almost stood still (of equations without t: at that speed it would have moved by "
          "less than 1000 tolerances until the end) before it moved: an error of one tolerance there decides where to; else nil."},
+        {"stats#regrowth", stats_regrowth, "stats.regrowth -> number or nil",
+         "When a state was smallest that fell below its tolerance and grew again, x' = x g(t, …), as an infected population "
+         "between two outbreaks: what is left of it there decides the rest. The run is made again with steps that keep rtol "
+         "alone for it, unless atol was given for it or events call functions: then an error decides, and print(sol) "
+         "says so. nil if none did.",
+         "dae{ der(var 'x') ~ (t - 12)*var 'x' }:integrate{ start = { x = 1 }, to = 24 }:stats().regrowth",
+         "12.0"},
         {"stats#growth", stats_growth, "stats.growth -> number or nil",
          "When the first step of an implicit method began that damped a growing mode: the run stays on a solution whose "
          "neighbours depart from it. nil if none did.",

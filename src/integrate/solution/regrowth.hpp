@@ -1,0 +1,56 @@
+// States that fall below their tolerance and grow again: what is left of them there decides the rest, and
+// that is an error.
+//
+// Where x′ = x g(t, …), an error δ of x grows as x does, δ′ = δ g. Below atol an error of atol is allowed;
+// when x has grown G times from there, it is G atol, of which G/(1 + rtol |x|/atol) tolerances are seen. With
+// x′ = (t - 12) x from x(0) = 1, x falls to 5·10⁻³² and is 1 again at t = 24; with atol = 10⁻⁹ every method
+// ends 10¹⁷ away from it, or at 0. Steps that keep rtol alone follow x down to the smallest numbers.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "integrate/problem/problem.hpp"
+#include "integrate/solve/stats.hpp"
+#include "integrate/solve/tolerances.hpp"
+
+namespace pendula::integrate {
+
+class RegrowthWatch {
+ public:
+  /// An atol with which rtol alone counts: 10¹⁸ of the smallest numbers.
+  static constexpr double least_atol = 1e-290;
+
+  /// sets: invariant_zeros() of the equations; events_jump: x may jump at an event. Cost after a step: some
+  /// operations for each state of a set.
+  RegrowthWatch(const std::vector<std::vector<int>>& sets, Tolerances tolerances, SmallStates small_states,
+                bool events_jump);
+
+  void start(const Point& point, Stats& stats);
+  void after_event(const Point& point);
+  /// After an accepted step: notes the first set that has grown more than admissible, with stats. True where
+  /// the run is to be repeated.
+  bool ends_run(const Point& here, Stats& stats);
+
+ private:
+  struct Set {
+    std::vector<int> states;
+    bool is_small = false;
+    bool is_ignored = false;        ///< it has grown, or it swings through 0 and has no rtol of its own
+    double least = 0, t_least = 0;  ///< its size in tolerances where it was least since it became small
+    double growth = 0;              ///< ∫ x′/x dt since then
+  };
+  double size_of(const Set& set, const Point& point) const;
+  double growth_of(const Set& set, const Point& here) const;
+  bool crosses_zero(const Set& set, const Point& here) const;
+  /// Has the set grown more than admissible?
+  bool follow(Set& set, const Point& here);
+
+  std::vector<Set> sets_;
+  Tolerances tolerances_;
+  SmallStates small_states_;
+  bool events_jump_;
+  Point before_;
+};
+
+}  // namespace pendula::integrate

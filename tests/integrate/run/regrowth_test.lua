@@ -1,0 +1,92 @@
+-- States that fall below their tolerance and grow again (src/integrate/solution/regrowth.hpp): every method
+-- follows them there, or the run says that an error decides what follows.
+
+local methods = { "auto", "radau", "gauss", "bdf", "rodas", "rodas5p", "dopri5", "tsit5", "dop853",
+  "verner87" }
+local object = { rodas5p = rosenbrock.rodas5p }
+
+local function run(sys, method, options)
+  options.method = object[method] or method ~= "auto" and method or nil
+  return sys:integrate(options)
+end
+
+--- Tolerances by which the last value of a state differs from the true one. Relative errors of a state that
+--- keeps rtol alone add up over its steps.
+local function off(sol, state, value, rtol) return math.abs(sol:final(state)/value - 1)/rtol end
+
+test("a growth rate that changes its sign: x' = (t - T) x is 1 again at 2 T, whatever it was in between", function()
+  local x = var "x"
+  for _, T in ipairs { 8, 12, 20 } do
+    local sys = dae { der(x) ~ (t - T)*x }
+    for _, method in ipairs(methods) do
+      for _, rtol in ipairs { 1e-4, 1e-7 } do
+        local sol = run(sys, method, { start = { [x] = 1 }, to = 2*T, rtol = rtol })
+        expect(sol.status):equals "finished"
+        local bound = method == "bdf" and 3000 or 1000
+        expect(off(sol, x, 1, rtol) < bound):is_true()
+      end
+    end
+  end
+end)
+
+test("what falls below the smallest numbers cannot be followed, and the run says so", function()
+  local x = var "x"
+  local sol = dae { der(x) ~ (t - 40)*x }:integrate { start = { [x] = 1 }, to = 80 }    -- e^-800
+  expect(tostring(sol)):matches "smaller than the smallest numbers"
+end)
+
+test("an epidemic with seasons: the infected are followed between the outbreaks", function()
+  local S, I = vars "S I"
+  local contact = 60*(1 + 0.2*cos(2*math.pi*t))
+  local sys = dae { der(S) ~ 0.02*(1 - S) - contact*S*I, der(I) ~ contact*S*I - 13*I }
+  -- the same in ln I, by another method
+  local u, v = vars "u v"
+  local logs = dae { der(u) ~ 0.02*(1 - u) - contact*u*exp(v), der(v) ~ contact*u - 13 }
+  local truth = logs:integrate { start = { [u] = 0.3, [v] = math.log(1e-3) }, to = 30, rtol = 1e-11,
+    method = "dop853" }
+  for _, method in ipairs(methods) do
+    for _, rtol in ipairs { 1e-3, 1e-5, 1e-7 } do
+      local sol = run(sys, method, { start = { [S] = 0.3, [I] = 1e-3 }, to = 30, rtol = rtol })
+      expect(sol.status):equals "finished"
+      expect(off(sol, I, math.exp(truth:final(v)), rtol) < 1000):is_true()
+    end
+  end
+end)
+
+test("two classes of the infected vanish together only", function()
+  local S, E, I = vars "S E I"
+  local contact = ifelse(gt(sin(2*math.pi*t), 0), 700, 200)
+  local sys = dae { der(S) ~ 0.02*(1 - S) - contact*S*I, der(E) ~ contact*S*I - 40*E, der(I) ~ 40*E - 100*I }
+  local start = { [S] = 0.5, [E] = 1e-3, [I] = 1e-3 }
+  local truth = sys:integrate { start = start, to = 20, rtol = 1e-11, atol = 1e-290, method = "dop853" }
+  local loose = sys:integrate { start = start, to = 20, rtol = 1e-3 }
+  expect(loose:final(I)):near(truth:final(I), 0.05*truth:final(I))
+  expect(tostring(loose:stats())):matches "E, I were smaller than the tolerance"
+end)
+
+test("with an atol of the caller, or functions of the caller, the run goes on and says so", function()
+  local x = var "x"
+  local sys = dae { der(x) ~ (t - 12)*x }
+  local sol = sys:integrate { start = { [x] = 1 }, to = 24, atol = 1e-9 }
+  expect(tostring(sol)):matches "x was smaller than the tolerance at t = .*an error there decides what follows"
+  local calls = 0
+  sol = sys:integrate { start = { [x] = 1 }, to = 24, method = "dopri5",
+    events = { { when = t - 23.5, call = function() calls = calls + 1 end } } }
+  expect(calls):equals(1)
+  expect(tostring(sol)):matches "take atol = { %[x%] = 1e%-290 }"
+end)
+
+test("what decays, and jumps by events, is no growth; oscillations that die out are none", function()
+  local x, v = vars "x v"
+  local doses = dae { der(x) ~ -50*x }:integrate { start = { [x] = 1 }, to = 10,
+    events = { { when = sin(math.pi*t), reset = { [x] = x + 1 } } } }
+  expect(tostring(doses:stats()):find "grew again" == nil):is_true()
+  for _, k in ipairs { 1, 1e4, 1e8 } do
+    local sol = dae { der(x) ~ v, der(v) ~ -k*x - sqrt(k)*v/5 }:integrate { start = { [x] = 1, [v] = 0 },
+      to = 600/math.sqrt(k), rtol = 1e-4 }
+    expect(tostring(sol:stats()):find "grew again" == nil):is_true()
+  end
+  local fast = dae { der(x) ~ -1e6*x, der(v) ~ -v + x }:integrate { start = { [x] = 1, [v] = 1 }, to = 5 }
+  expect(tostring(fast:stats()):find "grew again" == nil):is_true()
+  expect(fast:stats().steps < 200):is_true()
+end)
