@@ -4,6 +4,7 @@
 #include <unordered_set>
 
 #include "dae/model/occurrence.hpp"
+#include "expr/graph/switched_by.hpp"
 
 namespace pendula::dae {
 
@@ -48,7 +49,7 @@ std::vector<Solved> solved_rows(const Model& m) {
     if (!line) line = {partial(r, *top), Expr(0)};
     bool constant = !line->slope.is_zero();
     for (Expr leaf : leaves({&line->slope, 1})) constant = constant && !is_unknown(leaf);
-    if (!constant) continue;
+    if (!constant || is_switched_by(r, {*top})) continue;
     taken.insert(*top);
     if (!tops.line(r)) line->rest = substitute(r, {{*top, Expr(0)}});
     rows.push_back({i, *top, -line->rest / line->slope, line->slope});

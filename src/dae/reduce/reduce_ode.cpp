@@ -1,5 +1,6 @@
 // Form "ode": accelerations and multipliers from a linear solve, so that x′ = f(t, x) is explicit.
 #include <algorithm>
+#include <iterator>
 #include <unordered_set>
 
 #include "base/error.hpp"
@@ -15,6 +16,7 @@
 #include "dae/regularise/elimination.hpp"
 #include "expr/graph/depends_on.hpp"
 #include "expr/graph/solve.hpp"
+#include "expr/graph/switched_by.hpp"
 #include "expr/linalg/linalg.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/one_fraction.hpp"
@@ -77,11 +79,50 @@ class Elimination {
       if (!used.count(i)) rows.push_back(i);
   }
 
+  /// Writes unknowns that switch branches into them, where rows define them by states, one after the other:
+  /// w = h(x) in sign(w). Slopes of a sign are 0, so that a linear system would not contain it. Returns the
+  /// unknowns taken.
+  Substitution take_switching_unknowns(std::vector<Expr>& rest) {
+    Substitution taken;
+    for (bool again = true; again;) {
+      again = false;
+      const std::unordered_set<Expr> all(unknowns.begin(), unknowns.end());
+      if (std::none_of(rest.begin(), rest.end(), [&](Expr row) { return is_switched_by(row, all); })) break;
+      for (std::size_t i = 0; i < rest.size() && !again; ++i) {
+        const std::vector<Expr> inside = leaves({&rest[i], 1});
+        std::vector<Expr> own;
+        std::copy_if(inside.begin(), inside.end(), std::back_inserter(own),
+                     [&](Expr leaf) { return all.count(leaf) > 0; });
+        if (own.size() != 1 || is_switched_by(rest[i], all)) continue;
+        const Expr w = own[0], slope = partial(rest[i], w);
+        if (varies(slope) || vanishes(slope, m_)) continue;
+        taken[w] = -substitute(rest[i], {{w, Expr(0)}}) / slope;
+        const auto place = static_cast<std::ptrdiff_t>(i);
+        rest.erase(rest.begin() + place);
+        rows.erase(rows.begin() + place);
+        std::erase(unknowns, w);
+        for (Expr& row : rest) row = substitute(row, taken);
+        again = true;
+      }
+    }
+    const std::unordered_set<Expr> left(unknowns.begin(), unknowns.end());
+    for (std::size_t i = 0; i < rest.size(); ++i)
+      if (is_switched_by(rest[i], left)) refuse_row(rows[i], grouped_names(unknowns));
+    return taken;
+  }
+
   void solve_rest() {
-    const auto n = static_cast<Index>(unknowns.size());
-    PENDULA_ASSERT(static_cast<Index>(rows.size()) == n, "an index-1 model that is not square");
+    PENDULA_ASSERT(rows.size() == unknowns.size(), "an index-1 model that is not square");
     std::vector<Expr> rest;
     for (std::size_t i : rows) rest.push_back(substitute(m_.residuals[i], solved));
+    Substitution values = take_switching_unknowns(rest);
+    if (!unknowns.empty()) solve_linear(rest, values);
+    for (auto& [leaf, f] : solved) f = expanded ? tidied(substitute(f, values)) : substitute(f, values);
+    solved.insert(values.begin(), values.end());
+  }
+
+  void solve_linear(const std::vector<Expr>& rest, Substitution& values) {
+    const auto n = static_cast<Index>(unknowns.size());
     const auto tidy = [&](Expr e) { return n <= 12 ? readable(e) : e; };
     A = sparse_jacobian(rest, unknowns);
     for (Entry& e : A) e.value = tidy(e.value);
@@ -93,10 +134,7 @@ class Elimination {
     const VecX w = is_short_and_rational(n) ? exact_solution(n)
                    : is_small(n)            ? written_solution(n)
                                             : numeric_solution();
-    Substitution values;
     for (Index j = 0; j < n; ++j) values[unknowns[j]] = w[j];
-    for (auto& [leaf, f] : solved) f = expanded ? tidied(substitute(f, values)) : substitute(f, values);
-    solved.insert(values.begin(), values.end());
   }
 
   /// A short matrix of rationals, which is inverted immediately: x₁′ = x₁/2 instead of (A⁻¹b)₁.
@@ -154,13 +192,15 @@ class Elimination {
   void check_linear() const {
     const std::unordered_set<Expr> set(unknowns.begin(), unknowns.end());
     for (const Entry& e : A) {
-      if (!depends_on_any(e.value, set)) continue;
-      const std::size_t row = rows[e.row];
-      throw Error(text("form \"ode\": equation ", m_.label(row), "  ", m_.equation_text(row),
-                       " is not linear in ", to_text(unknowns[e.column]),
-                       ", so it cannot be solved for it by a linear solve. Use reduce \"acc\" (index 1), "
-                       "which is solved by Newton's method in every step"));
+      if (depends_on_any(e.value, set)) refuse_row(rows[e.row], to_text(unknowns[e.column]));
     }
+  }
+
+  [[noreturn]] void refuse_row(std::size_t row, const std::string& unknown) const {
+    throw Error(text("form \"ode\": equation ", m_.label(row), "  ", m_.equation_text(row),
+                     " is not linear in ", unknown,
+                     ", so it cannot be solved for it by a linear solve. Use reduce \"acc\" (index 1), "
+                     "which is solved by Newton's method in every step"));
   }
 
   std::unordered_map<Expr, double> parameter_numbers() const {
