@@ -1,5 +1,5 @@
-// Does a branch of an expression depend on some leaves? sign, < and ≤ have the derivative 0 and yet change, so
-// that slopes alone do not show whether an expression is linear in a leaf: x + sign(x).
+// Does a branch of an expression depend on some leaves? sign, < and ≤ have the derivative 0 and yet change,
+// so that slopes alone do not show whether an expression is linear in a leaf: x + sign(x).
 #pragma once
 
 #include "expr/graph/depends_on.hpp"

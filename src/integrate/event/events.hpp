@@ -116,6 +116,11 @@ class EventFinder {
     ignored_[which] = ignored;
     count_wanted();
   }
+  void ignore_all_but(const std::vector<int>& events) {
+    std::fill(ignored_.begin(), ignored_.end(), char{1});
+    for (const int which : events) ignored_[which] = 0;
+    count_wanted();
+  }
   /// Continues for another finder with the same events, followed by none or others.
   void take_over(const EventFinder& before, std::size_t events);
   /// The modes of the surfaces, which conditions may contain.

@@ -152,36 +152,50 @@ std::string UniquenessCheck::at(RhsSolver& derivative, const Point& point, const
   // made to it differs from the interpolated one by a part of its tolerance.
   constexpr double of_time = 1e-10, of_step = 0.1;
   const double located = is_root ? std::max(of_time, of_step * tolerances.rtol.maxCoeff()) : of_time;
+  Vec unit(states_);
+  for (Eigen::Index i = 0; i < states_; ++i)
+    unit[i] = std::max(std::fabs(point.x[i]),
+                       tolerances.rtol[i] > 0 ? tolerances.atol[i] / tolerances.rtol[i] : 1.0);
+  evaluate(point);
   for (std::size_t k = 0; k < roots_.size(); ++k)
-    if (leaves_from(k, derivative, point, tolerances, located))
+    if (is_zero(k, unit, located) && leaves_from(k, derivative, point, unit))
       return text("not unique from t = ", rounded(point.t, 6), " on: ", to_text(roots_[k].chain[0]),
                   " = 0 there, where ", to_text(roots_[k].node),
                   " has an infinite slope; one solution stays, others leave");
   return "";
 }
 
-bool UniquenessCheck::leaves_from(std::size_t k, RhsSolver& derivative, const Point& point,
-                                  const Tolerances& tolerances, double located) {
-  evaluate(point);
+/// Of the last evaluation: are u, u′, u″ … of root k 0 within the error of its location?
+bool UniquenessCheck::is_zero(std::size_t k, const Vec& unit, double located) const {
+  for (std::size_t i = 0; i < roots_[k].chain.size(); ++i) {
+    const double* u = row(k, i);
+    const auto weight = Eigen::Map<const Vec>(u + 2, states_).cwiseProduct(unit);
+    if (!(std::fabs(u[0]) <= located * weight.cwiseAbs().sum())) return false;
+  }
+  return true;
+}
+
+/// Requires an evaluation at the point, and leaves one.
+bool UniquenessCheck::leaves_from(std::size_t k, RhsSolver& derivative, const Point& point, const Vec& unit) {
   const auto m = static_cast<Eigen::Index>(roots_[k].chain.size());
-  Vec unit(states_), value(m);
-  for (Eigen::Index i = 0; i < states_; ++i)
-    unit[i] = std::max(std::fabs(point.x[i]),
-                       tolerances.rtol[i] > 0 ? tolerances.atol[i] / tolerances.rtol[i] : 1.0);
+  Vec value(m);
   Mat weight(m, states_);
   for (Eigen::Index i = 0; i < m; ++i) {
     const double* u = row(k, static_cast<std::size_t>(i));
     value[i] = u[0];
     weight.row(i) = Eigen::Map<const Vec>(u + 2, states_).cwiseProduct(unit).transpose();
-    if (!(std::fabs(u[0]) <= located * weight.row(i).cwiseAbs().sum())) return false;
   }
   // the smallest change of the states, in units of their sizes, that changes u by 1 and keeps u′, u″ …
   const Mat ways = pseudo_inverse(weight.completeOrthogonalDecomposition());
   const Vec direction = unit.cwiseProduct(ways.col(0));
-  if (!direction.allFinite()) return false;
-  Point on = point;
-  on.x -= unit.cwiseProduct(ways * value);
-  return escapes(k, derivative, on, direction, weight.row(0).cwiseAbs().sum());
+  bool leaves = false;
+  if (direction.allFinite()) {
+    Point on = point;
+    on.x -= unit.cwiseProduct(ways * value);
+    leaves = escapes(k, derivative, on, direction, weight.row(0).cwiseAbs().sum());
+  }
+  evaluate(point);
+  return leaves;
 }
 
 double UniquenessCheck::rate(std::size_t k, RhsSolver& derivative, Point point) {

@@ -47,8 +47,8 @@ class UniquenessCheck {
   }
   /// d/dt of the last of chain k, if the solution went through this point.
   double rate(std::size_t k, RhsSolver& derivative, Point point);
-  bool leaves_from(std::size_t k, RhsSolver& derivative, const Point& point, const Tolerances& tolerances,
-                   double located);
+  bool is_zero(std::size_t k, const Vec& unit, double located) const;
+  bool leaves_from(std::size_t k, RhsSolver& derivative, const Point& point, const Vec& unit);
   bool escapes(std::size_t k, RhsSolver& derivative, const Point& on, const Vec& direction, double size);
 
   ProblemPtr problem_;

@@ -102,8 +102,8 @@ class AdaptiveRun {
         standstill_(*state_.problem, state_.plan.tolerances, state_.plan.events.list),
         rounding_(*state_.problem, state_.plan.tolerances, state_.plan.variable_index,
                   state_.plan.has_chains),
-        regrowth_(invariant_zeros(*state_.problem), state_.plan.tolerances, state_.plan.small_states,
-                  state_.plan.events.may_jump()),
+        regrowth_(invariant_zeros(*state_.problem), state_.plan.tolerances,
+                  state_.plan.small_states.repeatable, state_.plan.events.may_jump()),
         is_explicit_(method.family && method.family->is_explicit) {}
 
   std::shared_ptr<Solution> solution() { return state_.solution; }
@@ -128,7 +128,7 @@ class AdaptiveRun {
     monitors_.start(first_);
     domain_.start(first_);
     standstill_.after(first_, plan().to - first_.t);
-    regrowth_.start(first_, state_.stats());
+    state_.stats().regrowth = plan().small_states.followed;
     restart_step_monitors();
     ended_ = events_.settle(nullptr, events_.carried_across(plan().events.sides));
   }
@@ -206,7 +206,6 @@ class AdaptiveRun {
 
   void restart_step_monitors() {
     for (StepMonitor* monitor : step_monitors()) monitor->restart(state_.problem, stepper().here());
-    regrowth_.after_event(stepper().here());
   }
 
   /// A step that fails with frozen branches may succeed with the original ones, since a frozen branch may be
@@ -260,7 +259,7 @@ class AdaptiveRun {
   }
 
   /// In the order in which they are asked.
-  std::array<StepMonitor*, 3> step_monitors() { return {&domain_, &switches_, &peaks_}; }
+  std::array<StepMonitor*, 4> step_monitors() { return {&domain_, &switches_, &peaks_, &regrowth_}; }
 
   /// Has a monitor rejected the step? Then it has been taken back, or the run is over.
   bool is_rejected(RunOutcome& outcome) {

@@ -22,22 +22,21 @@ bool Excursions::in_last_step() {
   constexpr long few = 20;
   if (!any_ || (repeated_ > few && repeated_ > state_.stats().steps)) return false;
   EventFinder& finder = *finder_;
-  for (std::size_t i = 0; i < unfrozen_.size(); ++i) finder.ignore(static_cast<int>(i), !unfrozen_[i]);
+  std::vector<int> candidates;
+  for (std::size_t i = 0; i < unfrozen_.size(); ++i)
+    if (unfrozen_[i]) candidates.push_back(static_cast<int>(i));
+  finder.ignore_all_but(candidates);
   finder.start(state_.view.to);
   const std::vector<double> there = finder.values();
   finder.start(state_.view.from);
-  std::vector<int> candidates;
-  for (std::size_t i = 0; i < unfrozen_.size(); ++i) {
-    const bool same = unfrozen_[i] && there[i] * finder.side(static_cast<int>(i)) > 0;
-    finder.ignore(static_cast<int>(i), !same);
-    if (same) candidates.push_back(static_cast<int>(i));
-  }
+  std::erase_if(candidates, [&](int i) { return !(there[i] * finder.side(i) > 0); });
   if (candidates.empty()) return false;
+  finder.ignore_all_but(candidates);
   finder.start(state_.view.from);
   bool missed = false;
   try {
     if (!finder.find(state_.stepper(), state_.view)) return false;
-    for (int border : candidates) finder.ignore(border);
+    finder.ignore_all_but({});
     missed = std::any_of(candidates.begin(), candidates.end(), [&](int border) { return is_deep(border); });
   } catch (const Failure&) {  // z is unknown inside the step: the solution may have been anywhere
     missed = true;

@@ -115,6 +115,9 @@ class ModeTracker {
   bool leads_to(int which, const Point& point, int other, int side);
   bool unfreeze_one(int which, const Point& point);
   bool slide(int which, Point& point);
+  Vec errors_at(const Point& point) const;
+  Expr reach(int which, const Vec& errors) const;
+  std::vector<int> within_reach(const std::vector<int>& borders, const Point& point) const;
   bool is_near(const std::vector<int>& borders, const Point& point, const Point& there) const;
   bool slide_along_one_of(const std::vector<int>& candidates, const Point& point, bool near);
   void release(int which, int side, double t);

@@ -167,20 +167,57 @@ bool ModeTracker::slide_where_steps_are_tiny() {
   return tries;
 }
 
+/// Ten tolerances of x at the point, for the errors of a few steps.
+Vec ModeTracker::errors_at(const Point& point) const {
+  const Tolerances& tolerances = state_.plan.tolerances;
+  const Eigen::Index n = point.x.size();
+  return 10 * (tolerances.atol.head(n) + tolerances.rtol.head(n).cwiseProduct(point.x.cwiseAbs()));
+}
+
+/// How far s moves where every x moves by its error.
+Expr ModeTracker::reach(int which, const Vec& errors) const {
+  const std::vector<Expr>& x = state_.problem->model().x;
+  const Expr when = events()[which].when;
+  Expr sum(0);
+  for (Expr leaf : leaves({&when, 1}))
+    if (const auto at = std::find(x.begin(), x.end(), leaf); at != x.end())
+      sum += abs(partial(when, leaf)) * Expr(errors[at - x.begin()]);
+  return sum;
+}
+
+/// Borders that is_near() may hold for: that of a hundred transistors is none of those that another one has.
+/// Of borders that contain x′ or z it is not known.
+std::vector<int> ModeTracker::within_reach(const std::vector<int>& borders, const Point& point) const {
+  constexpr double nonlinear = 2;
+  const Vec errors = errors_at(point);
+  const std::vector<Expr>& x = state_.problem->model().x;
+  std::vector<Expr> questions;
+  for (const int i : borders) {
+    questions.push_back(events()[i].when);
+    questions.push_back(reach(i, errors));
+  }
+  const Vec values = state_.solution->values(questions, point);
+  std::vector<int> list;
+  for (std::size_t k = 0; k < borders.size(); ++k) {
+    const std::vector<Expr> inside = leaves({&questions[2 * k], 1});
+    const bool by_states = std::all_of(inside.begin(), inside.end(), [&](Expr leaf) {
+      const Kind kind = symbol_of(leaf).kind;
+      return kind != Kind::variable || std::find(x.begin(), x.end(), leaf) != x.end();
+    });
+    const Eigen::Index at = static_cast<Eigen::Index>(2 * k);
+    if (!by_states || !(std::fabs(values[at]) > nonlinear * values[at + 1])) list.push_back(borders[k]);
+  }
+  return list;
+}
+
 /// Does moving the point onto the borders change it by no more than its errors? If the equations contain a
 /// root of s, that criterion fails (an error of s is magnified to its root in x′), and it is enough that s
 /// has stayed small since the last attempt.
 bool ModeTracker::is_near(const std::vector<int>& borders, const Point& point, const Point& there) const {
-  constexpr double errors = 10;  // tolerances, for the errors of a few steps
-  const Tolerances& tolerances = state_.plan.tolerances;
-  const Eigen::Index n = point.x.size();
-  const Vec relative = tolerances.rtol.head(n).cwiseProduct(point.x.cwiseAbs());
-  const Vec allowed = errors * (tolerances.atol.head(n) + relative);
-  const std::vector<Expr>& x = state_.problem->model().x;
+  const Vec allowed = errors_at(point);
   const bool by_root = std::all_of(borders.begin(), borders.end(), [&](int i) {
     if ((!events()[i].modes.empty() && !events()[i].is_edge) || borders_[i].farthest == 0) return false;
-    Expr sum(0);
-    for (std::size_t j = 0; j < x.size(); ++j) sum += abs(partial(events()[i].when, x[j])) * Expr(allowed[j]);
+    const Expr sum = reach(i, allowed);
     return borders_[i].farthest <= state_.solution->values({&sum, 1}, point)[0];
   });
   return by_root || ((there.x - point.x).cwiseAbs().array() <= allowed.array()).all();
@@ -196,7 +233,9 @@ bool ModeTracker::slide_where_crossed(const Point& point, bool near) {
 }
 
 /// Slides along all candidates or, failing that, along one.
-bool ModeTracker::slide_along_one_of(const std::vector<int>& candidates, const Point& point, bool near) {
+bool ModeTracker::slide_along_one_of(const std::vector<int>& all, const Point& point, bool near) {
+  const std::vector<int> candidates = near ? within_reach(all, point) : all;
+  if (candidates.empty()) return false;
   const auto slides = [&](const std::vector<int>& which) {
     Point there = point;
     std::vector<int> done;

@@ -10,45 +10,49 @@
 #include <optional>
 #include <vector>
 
+#include "integrate/event/monitor/monitor.hpp"
 #include "integrate/problem/problem.hpp"
 #include "integrate/solve/stats.hpp"
 #include "integrate/solve/tolerances.hpp"
 
 namespace pendula::integrate {
 
-class RegrowthWatch {
+class RegrowthWatch : public StepMonitor {
  public:
   /// An atol with which rtol alone counts: 10¹⁸ of the smallest numbers.
   static constexpr double least_atol = 1e-290;
 
   /// sets: invariant_zeros() of the equations; events_jump: x may jump at an event. Cost after a step: some
   /// operations for each state of a set.
-  RegrowthWatch(const std::vector<std::vector<int>>& sets, Tolerances tolerances, SmallStates small_states,
-                bool events_jump);
+  RegrowthWatch(const std::vector<std::vector<int>>& sets, Tolerances tolerances,
+                std::vector<char> repeatable, bool events_jump);
 
-  void start(const Point& point, Stats& stats);
-  void after_event(const Point& point);
+  void restart(const ProblemPtr& problem, const Point& point) override;
+  /// Rejects a step that carries a state through 0 for which rtol alone counts.
+  std::optional<Rejection> after(const ProblemPtr& problem, const Point& from, const Point& to) override;
+  bool is_empty() const override { return sets_.empty(); }
   /// After an accepted step: notes the first set that has grown more than admissible, with stats. True where
-  /// the run is to be repeated.
+  /// the run is to be repeated, all states of the set being repeatable (SmallStates).
   bool ends_run(const Point& here, Stats& stats);
 
  private:
   struct Set {
     std::vector<int> states;
     bool is_small = false;
+    bool has_crossed = false;       ///< 0, since it is small, by an error
     bool is_ignored = false;        ///< it has grown, or it swings through 0 and has no rtol of its own
     double least = 0, t_least = 0;  ///< its size in tolerances where it was least since it became small
     double growth = 0;              ///< ∫ x′/x dt since then
   };
+  bool has_least_atol(const Set& set) const { return tolerances_.atol[set.states.front()] <= least_atol; }
   double size_of(const Set& set, const Point& point) const;
   double growth_of(const Set& set, const Point& here) const;
-  bool crosses_zero(const Set& set, const Point& here) const;
   /// Has the set grown more than admissible?
   bool follow(Set& set, const Point& here);
 
   std::vector<Set> sets_;
   Tolerances tolerances_;
-  SmallStates small_states_;
+  std::vector<char> repeatable_;
   bool events_jump_;
   Point before_;
 };

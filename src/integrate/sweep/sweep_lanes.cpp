@@ -11,10 +11,12 @@
 #include "integrate/event/monitor/guards.hpp"
 #include "integrate/event/monitor/peak_monitor.hpp"
 #include "integrate/event/monitor/switch_monitor.hpp"
+#include "integrate/problem/invariant_zeros.hpp"
 #include "integrate/run/adaptive_run.hpp"
 #include "integrate/run/methods.hpp"
 #include "integrate/simulation/problem_setup.hpp"
 #include "integrate/simulation/state_reselection.hpp"
+#include "integrate/solution/regrowth.hpp"
 #include "integrate/sweep/pole_signs.hpp"
 
 namespace pendula::integrate {
@@ -195,7 +197,9 @@ class LaneSweep::Client : public EnsembleClient {
       : sweep_(sweep), slots_(slots), queue_(queue), left_(most), progress_(progress), poles_(*sweep.form_) {
     const Tolerances tolerances{sweep.plan_.rtol, sweep.plan_.atol};
     for (int l = 0; l < sweep.lanes(); ++l) {
-      watches_.push_back({PeakMonitor(*sweep.problem_, tolerances, true), SwitchMonitor(*sweep.problem_)});
+      watches_.push_back({PeakMonitor(*sweep.problem_, tolerances, true), SwitchMonitor(*sweep.problem_),
+                          RegrowthWatch(single_zeros(*sweep.problem_), tolerances,
+                                        std::vector<char>(sweep.x_.size(), 1), true)});
       if (watches_.front().is_empty()) break;
     }
     base_.assign(sweep.x_.size(), 0);
@@ -240,7 +244,8 @@ class LaneSweep::Client : public EnsembleClient {
     end(run, SharedSlots::State::apart);
   }
   bool watches_steps() const override { return !watches_.front().is_empty(); }
-  /// Rejects a step that has missed a peak or a narrow switch; the set is then run on its own.
+  /// Rejects a step that has missed a peak or a narrow switch, or behind which a state has grown again from
+  /// below its tolerance; the set is then run on its own.
   bool rejects(int lane, int run, const Point& from, const Point& to, const double* p) override {
     LaneWatch& watch = watches_[lane];
     if (watch.run != run) {
@@ -248,8 +253,10 @@ class LaneSweep::Client : public EnsembleClient {
       if (!watch.problem) watch.problem = std::make_shared<Problem>(*sweep_.problem_);
       watch.problem->set_numbers(Eigen::Map<const Vec>(p, static_cast<Eigen::Index>(sweep_.p_.size())), {});
       watch.peaks.restart(watch.problem, from);
+      watch.regrowth.restart(watch.problem, from);
     }
-    return watch.switches.after(watch.problem, from, to) || watch.peaks.after(watch.problem, from, to);
+    return watch.switches.after(watch.problem, from, to) || watch.peaks.after(watch.problem, from, to) ||
+           watch.regrowth.ends_run(to, ignored_);
   }
   /// Returns the sets that this worker has not finished.
   void give_back() {
@@ -258,6 +265,13 @@ class LaneSweep::Client : public EnsembleClient {
   }
 
  private:
+  /// Of the invariant zeros those of one state; larger sets, as of the Lorenz equations, would cost every
+  /// step of every lane a look.
+  static std::vector<std::vector<int>> single_zeros(const Problem& problem) {
+    std::vector<std::vector<int>> sets = invariant_zeros(problem);
+    std::erase_if(sets, [](const std::vector<int>& set) { return set.size() > 1; });
+    return sets;
+  }
   void put(double* x, Expr leaf, double value) const {
     const auto at = std::find(sweep_.x_.begin(), sweep_.x_.end(), leaf);
     if (at != sweep_.x_.end()) x[at - sweep_.x_.begin()] = value;
@@ -301,11 +315,13 @@ class LaneSweep::Client : public EnsembleClient {
   struct LaneWatch {
     PeakMonitor peaks;
     SwitchMonitor switches;
+    RegrowthWatch regrowth;
     std::optional<int> run;
     ProblemPtr problem;
-    bool is_empty() const { return peaks.is_empty() && switches.is_empty(); }
+    bool is_empty() const { return peaks.is_empty() && switches.is_empty() && regrowth.is_empty(); }
   };
   std::vector<LaneWatch> watches_;
+  Stats ignored_;
   std::vector<double> base_;
   std::vector<int> claimed_;  ///< sets in progress
 };

@@ -90,3 +90,29 @@ test("what decays, and jumps by events, is no growth; oscillations that die out 
   expect(tostring(fast:stats()):find "grew again" == nil):is_true()
   expect(fast:stats().steps < 200):is_true()
 end)
+
+-- 3e-8: 30 tolerances
+test("sweeps follow them, too", function()
+  local x, T = var "x", param "T"
+  local list = {}
+  for k = 1, 12 do list[k] = 6 + k end
+  local runs = sweep(dae { der(x) ~ (t - T)*x }, { start = { [x] = 1 }, to = 24, params = { [T] = list } })
+  for k = 1, #list do
+    local exact = math.exp(24^2/2 - 24*list[k])
+    expect(math.abs(runs[k]:final(x) - exact) <= 1e-3*exact + 3e-8):is_true()
+  end
+end)
+
+test("Dahlquist's knee: no step leads through 0 to the branch that repels", function()
+  local x = var "x"
+  local knee = dae { der(x) ~ ((1 - t)*x - x^2)/1e-6 }
+  for _, method in ipairs(methods) do
+    if not ({ dopri5 = 1, tsit5 = 1, dop853 = 1, verner87 = 1 })[method] then         -- a million steps
+      for _, rtol in ipairs { 1e-2, 1e-3, 1e-4, 1e-6 } do
+        local sol = run(knee, method, { start = { [x] = 1 }, to = 2, rtol = rtol })
+        expect(sol.status):equals "finished"
+        expect(sol:final(x)):near(0, 1e-5)
+      end
+    end
+  end
+end)

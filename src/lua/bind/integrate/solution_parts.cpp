@@ -72,6 +72,32 @@ std::vector<Piece> pieces_in(const Mat& table) {
   return pieces;
 }
 
+/// One row: t, effect, states.
+Mat row_of(const integrate::Regrowth& regrowth) {
+  Mat row(1, 2 + static_cast<Eigen::Index>(regrowth.states.size()));
+  row(0, 0) = regrowth.t;
+  row(0, 1) = static_cast<double>(regrowth.effect);
+  for (Eigen::Index k = 2; k < row.cols(); ++k) row(0, k) = regrowth.states[k - 2];
+  return row;
+}
+
+/// Of n states.
+integrate::Regrowth regrowth_in(const Mat& row, int n) {
+  using Effect = integrate::Regrowth::Effect;
+  integrate::Regrowth regrowth;
+  const bool known = row.rows() == 1 && row.cols() > 2 && row(0, 1) >= 0 &&
+                     row(0, 1) <= static_cast<double>(Effect::below_numbers);
+  if (!known) throw Error("what the solution says about regrowth is cut off");
+  regrowth.t = row(0, 0);
+  regrowth.effect = static_cast<Effect>(row(0, 1));
+  for (Eigen::Index k = 2; k < row.cols(); ++k) {
+    if (!(row(0, k) >= 0 && row(0, k) < n))
+      throw Error("what the solution says about regrowth is of no state");
+    regrowth.states.push_back(static_cast<int>(row(0, k)));
+  }
+  return regrowth;
+}
+
 int parts(Call& call) {
   lua_State* L = call.L;
   const auto& solution = call.object<integrate::Trajectory>(1, "solution").solution();
@@ -85,6 +111,7 @@ int parts(Call& call) {
   set_matrix(L, "points", saved);
   if (const auto pieces = integrate::pieces_of(solution); !pieces.empty())
     set_matrix(L, "pieces", table_of(pieces));
+  if (const auto& regrowth = solution.stats().regrowth) set_matrix(L, "regrowth", row_of(*regrowth));
   for (const auto& [ending, name] : endings)
     if (solution.ending() == ending) set_text(L, "ending", name);
   if (solution.ending() == Ending::stopped) set_text(L, "message", solution.status());
@@ -202,6 +229,8 @@ void read_ending(Call& call, const Options& options, integrate::Solution& soluti
     passed_growth = number_if_any("passed_growth");
   }
   lua_settop(call.L, table - 1);
+  if (options.has("regrowth"))
+    stats.regrowth = regrowth_in(matrix_field(call, options, "regrowth"), solution.problem().n());
   solution.finish(outcome, stats, options.number("seconds", 0));
   solution.set_passed_growth(passed_growth);
   solution.set_rounding(options.string("rounding", ""));
@@ -222,6 +251,7 @@ const OptionTable part_options = {
     {"rounding", "string", "", "as in sol:stats()"},
     {"not_unique", "string", "", "as in sol:stats()"},
     {"untested", "string", "", "as in sol:stats()"},
+    {"regrowth", "matrix", "", "when, what it did, and which states were smaller than their tolerance"},
     {"events", "list", "", "the events that happened"},
     {"methods", "list", "", "method families used in turn"},
 };
