@@ -116,3 +116,14 @@ test("Dahlquist's knee: no step leads through 0 to the branch that repels", func
     end
   end
 end)
+
+test("through algebraic unknowns, in other units", function()
+  local S, I, f, g = vars "S I f g"
+  for _, unit in ipairs { { 1, 1 }, { 1e-6, 1e-3 }, { 1e6, 1e6 } } do
+    local U, T = unit[1], unit[2]
+    local contact = 60/U*(1 + 0.2*cos(2*math.pi*t/T))
+    local sys = dae { T*der(S) ~ 0.02*(U - S) - f, T*der(I) ~ f - 13*I, f ~ g*S, g ~ contact*I }
+    local sol = sys:integrate { start = { [S] = 0.3*U, [I] = 1e-3*U }, to = 30*T, rtol = 1e-5 }
+    expect(sol:final(I)/U):near(2.41915e-4, 1e-8)               -- by ln I, as above
+  end
+end)
