@@ -128,22 +128,30 @@ UniquenessCheck::UniquenessCheck(const Problem& problem) : roots_(roots_of(probl
   std::vector<Expr> unknowns{time_symbol()}, outputs;
   unknowns.insert(unknowns.end(), problem.model().x.begin(), problem.model().x.end());
   std::size_t count = 0;
+  const auto row_size = static_cast<std::size_t>(states_ + 2);
   for (const Root& root : roots_) {
     first_.push_back(count);
-    count += root.chain.size();
     for (Expr u : root.chain) {
       outputs.push_back(u);
+      places_.push_back(count * row_size);
       const std::vector<Expr> slopes = gradient(u, unknowns);
-      outputs.insert(outputs.end(), slopes.begin(), slopes.end());
+      for (std::size_t i = 0; i < slopes.size(); ++i) {
+        if (slopes[i].is_zero()) continue;
+        outputs.push_back(slopes[i]);
+        places_.push_back(count * row_size + 1 + i);
+      }
+      ++count;
     }
   }
   kernel_ = codegen::Kernel(outputs, problem.arguments());
-  out_.resize(outputs.size());
+  found_.resize(outputs.size());
+  out_.assign(count * row_size, 0);
 }
 
 void UniquenessCheck::evaluate(const Point& point) {
   problem_->set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());
-  kernel_(problem_->values().data(), out_.data());
+  kernel_(problem_->values().data(), found_.data());
+  for (std::size_t k = 0; k < places_.size(); ++k) out_[places_[k]] = found_[k];
 }
 
 std::string UniquenessCheck::at(RhsSolver& derivative, const Point& point, const Tolerances& tolerances,

@@ -55,8 +55,9 @@ class UniquenessCheck {
   std::vector<Root> roots_;
   std::vector<std::size_t> first_;  ///< place of each chain among all of them
   Eigen::Index states_ = 0;
-  codegen::Kernel kernel_;  ///< of all chains u, ∂u/∂t, ∂u/∂x
-  std::vector<double> out_;
+  codegen::Kernel kernel_;           ///< of all chains u and the slopes that are not 0
+  std::vector<std::size_t> places_;  ///< of its values in out_
+  std::vector<double> found_, out_;  ///< its values; of all chains u, ∂u/∂t, ∂u/∂x
 };
 
 }  // namespace pendula::integrate

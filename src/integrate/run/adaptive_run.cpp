@@ -188,7 +188,7 @@ class AdaptiveRun {
       rounding_.after(*state_.problem, stepper().before(), stepper().here(), state_.stats().steps);
     if (const auto stop = monitors_.after({stepper().before(), stepper().here(), done, state_.stats()}))
       return stop_at(*stop, outcome);
-    if (regrowth_.ends_run(stepper().here(), state_.stats())) {
+    if (regrowth_.ends_run(stepper().before(), stepper().here(), state_.stats())) {
       outcome.ending = Ending::regrowth;
     } else if (done) {
       outcome.ending = Ending::finished;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "integrate/problem/invariant_zeros.hpp"
 #include "integrate/run/adaptive_run.hpp"
 #include "integrate/run/fixed_step_run.hpp"
 #include "integrate/simulation/array_run.hpp"
@@ -60,7 +61,8 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
                     : integrate(run.problem, simulation.method.tableau, run.start, plan));
   const auto so_far = std::make_shared<TrajectoryPtr>();
   complete_plan(plan, model, simulation, run, so_far);
-  plan.small_states.repeatable = repeatable_states(simulation, *model, *run.problem);
+  if (!invariant_zeros(*run.problem).empty())
+    plan.small_states.repeatable = repeatable_states(simulation, *model, *run.problem);
   if (plan.check_singularities && simulation.start && simulation.sensitivities.empty())
     plan.continuations = [&](const Point& p, bool here) {
       return continuations_at_end_text(model, simulation, (*so_far)->solution(), p, here);

@@ -24,8 +24,8 @@ class RegrowthWatch : public StepMonitor {
 
   /// sets: invariant_zeros() of the equations; events_jump: x may jump at an event. Cost after a step: some
   /// operations for each state of a set.
-  RegrowthWatch(const std::vector<std::vector<int>>& sets, Tolerances tolerances,
-                std::vector<char> repeatable, bool events_jump);
+  RegrowthWatch(const std::vector<std::vector<int>>& sets, const Tolerances& tolerances,
+                const std::vector<char>& repeatable, bool events_jump);
 
   void restart(const ProblemPtr& problem, const Point& point) override;
   /// Rejects a step that carries a state through 0 for which rtol alone counts.
@@ -33,28 +33,31 @@ class RegrowthWatch : public StepMonitor {
   bool is_empty() const override { return sets_.empty(); }
   /// After an accepted step: notes the first set that has grown more than admissible, with stats. True where
   /// the run is to be repeated, all states of the set being repeatable (SmallStates).
-  bool ends_run(const Point& here, Stats& stats);
+  bool ends_run(const Point& from, const Point& to, Stats& stats);
 
  private:
   struct Set {
     std::vector<int> states;
     bool is_small = false;
     bool has_crossed = false;       ///< 0, since it is small, by an error
-    bool is_ignored = false;        ///< it has grown, or it swings through 0 and has no rtol of its own
     double least = 0, t_least = 0;  ///< its size in tolerances where it was least since it became small
     double growth = 0;              ///< ∫ x′/x dt since then
   };
   bool has_least_atol(const Set& set) const { return tolerances_.atol[set.states.front()] <= least_atol; }
   double size_of(const Set& set, const Point& point) const;
-  double growth_of(const Set& set, const Point& here) const;
-  /// Has the set grown more than admissible?
-  bool follow(Set& set, const Point& here);
+  static double growth_of(const Set& set, const Point& from, const Point& to);
+  enum class Course {
+    open,
+    grown,  ///< more than admissible
+    swings  ///< through 0 while it is large: its states have no rtol of their own
+  };
+  Course follow(Set& set, const Point& from, const Point& to) const;
 
   std::vector<Set> sets_;
   Tolerances tolerances_;
+  Vec small_;  ///< below which errors of one tolerance may be admissible no longer, once x grows
   std::vector<char> repeatable_;
   bool events_jump_;
-  Point before_;
 };
 
 }  // namespace pendula::integrate

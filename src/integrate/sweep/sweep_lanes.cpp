@@ -256,7 +256,7 @@ class LaneSweep::Client : public EnsembleClient {
       watch.regrowth.restart(watch.problem, from);
     }
     return watch.switches.after(watch.problem, from, to) || watch.peaks.after(watch.problem, from, to) ||
-           watch.regrowth.ends_run(to, ignored_);
+           watch.regrowth.ends_run(from, to, ignored_);
   }
   /// Returns the sets that this worker has not finished.
   void give_back() {
