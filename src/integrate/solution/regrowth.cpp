@@ -64,7 +64,8 @@ bool RegrowthWatch::ends_run(const Point& from, const Point& to, Stats& stats) {
     if (course == Course::grown) {
       using Effect = Regrowth::Effect;
       stats.regrowth =
-          Regrowth{set.t_least, set.states, has_least_atol(set) ? Effect::below_numbers : Effect::unknown};
+          Regrowth{set.t_least, set.states, has_least_atol(set) ? Effect::below_numbers : Effect::unknown,
+                   tolerances_.atol[set.states.front()]};
       ends = ends || (!repeatable_.empty() && std::all_of(set.states.begin(), set.states.end(),
                                                           [&](int i) { return repeatable_[i] != 0; }));
     }

@@ -192,8 +192,9 @@ static std::string regrowth_text(const Regrowth& regrowth, const Problem& proble
                                 " smaller than the tolerance at t = ", rounded(regrowth.t, 4));
   switch (regrowth.effect) {
     case Regrowth::Effect::followed:
-      return text(when, " and grew again: the steps keep rtol alone there (atol = ",
-                  rounded(RegrowthWatch::least_atol, 1), ")\n");
+      return text(when,
+                  " and grew again: the run was made again with steps that keep rtol alone there (atol = ",
+                  rounded(regrowth.atol, 1), ")\n");
     case Regrowth::Effect::below_numbers:
       return text(when,
                   " and smaller than the smallest numbers before growing again: an error decides what "

@@ -16,6 +16,7 @@ struct Regrowth {
   double t = 0;  ///< when they were least
   std::vector<int> states;
   Effect effect = Effect::unknown;
+  double atol = 0;  ///< of the first of them; followed: the one they have now
 };
 
 /// What becomes of states that have grown again from below their tolerances (solution/regrowth.hpp).

@@ -72,12 +72,13 @@ std::vector<Piece> pieces_in(const Mat& table) {
   return pieces;
 }
 
-/// One row: t, effect, states.
+/// One row: t, effect, atol, states.
 Mat row_of(const integrate::Regrowth& regrowth) {
-  Mat row(1, 2 + static_cast<Eigen::Index>(regrowth.states.size()));
+  Mat row(1, 3 + static_cast<Eigen::Index>(regrowth.states.size()));
   row(0, 0) = regrowth.t;
   row(0, 1) = static_cast<double>(regrowth.effect);
-  for (Eigen::Index k = 2; k < row.cols(); ++k) row(0, k) = regrowth.states[k - 2];
+  row(0, 2) = regrowth.atol;
+  for (Eigen::Index k = 3; k < row.cols(); ++k) row(0, k) = regrowth.states[k - 3];
   return row;
 }
 
@@ -85,12 +86,13 @@ Mat row_of(const integrate::Regrowth& regrowth) {
 integrate::Regrowth regrowth_in(const Mat& row, int n) {
   using Effect = integrate::Regrowth::Effect;
   integrate::Regrowth regrowth;
-  const bool known = row.rows() == 1 && row.cols() > 2 && row(0, 1) >= 0 &&
+  const bool known = row.rows() == 1 && row.cols() > 3 && row(0, 1) >= 0 &&
                      row(0, 1) <= static_cast<double>(Effect::below_numbers);
   if (!known) throw Error("what the solution says about regrowth is cut off");
   regrowth.t = row(0, 0);
   regrowth.effect = static_cast<Effect>(row(0, 1));
-  for (Eigen::Index k = 2; k < row.cols(); ++k) {
+  regrowth.atol = row(0, 2);
+  for (Eigen::Index k = 3; k < row.cols(); ++k) {
     if (!(row(0, k) >= 0 && row(0, k) < n))
       throw Error("what the solution says about regrowth is of no state");
     regrowth.states.push_back(static_cast<int>(row(0, k)));
