@@ -22,8 +22,7 @@ constexpr std::size_t most_signs = 4;  // 4⁴ = 256 trials
 
 /// The sign functions whose arguments are 0 at a start.
 std::vector<Expr> signs_at_zero(const Model& model, const ConsistentState& at) {
-  std::unordered_map<Expr, double> sizes =
-      at.values;  // of a speed that is 0: what its rounding is measured by
+  std::unordered_map<Expr, double> sizes = at.values;  // units measure the rounding of a speed that is 0
   for (const auto& [leaf, unit] : at.units)
     if (const auto known = sizes.find(leaf); known != sizes.end())
       known->second = std::max(std::fabs(known->second), unit);

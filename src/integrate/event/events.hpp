@@ -116,6 +116,7 @@ class EventFinder {
     ignored_[which] = ignored;
     count_wanted();
   }
+  /// From now on, roots of these events alone are found.
   void ignore_all_but(const std::vector<int>& events) {
     std::fill(ignored_.begin(), ignored_.end(), char{1});
     for (const int which : events) ignored_[which] = 0;

@@ -18,14 +18,14 @@ using Leaves = std::unordered_set<Expr>;
 
 constexpr std::size_t largest_set = 4;
 constexpr std::size_t states_for_sets = 40;
-constexpr std::size_t algebraic_unknowns = 200;
-constexpr int tries_for_each = 30;
+constexpr std::size_t algebraic_unknowns = 200;  // every row is looked at in every round
+constexpr int tries_for_each = 30;               // sets, so that a search among many summands ends
 
 /// Of an expression, where some leaves are 0.
 enum class AtZero {
   vanishes,
-  remains,
-  open  ///< a divisor or a root there: no finite value or slope
+  remains,  ///< log 0 counts as this: x log x has no slope at 0, but no solution passes through it either
+  open      ///< a divisor or a root there: no finite value or slope
 };
 
 /// Lipschitz continuous, and 0 at 0.
@@ -55,10 +55,8 @@ AtZero of_power(AtZero base, Expr exponent) {
 AtZero of_operation(Expr e, const std::vector<AtZero>& of) {
   const auto vanishes = [&](std::size_t i) { return of[i] == AtZero::vanishes; };
   const Op op = e.op();
-  const bool product = op == Op::mul;
-  // x log x has no slope at 0, but no solution passes through it either
   if (std::count(of.begin(), of.end(), AtZero::open) > 0) return AtZero::open;
-  if (product) return vanishes(0) || vanishes(1) ? AtZero::vanishes : AtZero::remains;
+  if (op == Op::mul) return vanishes(0) || vanishes(1) ? AtZero::vanishes : AtZero::remains;
   if (op == Op::div) return vanishes(1) ? AtZero::open : of[0];
   if (op == Op::pow) return of_power(of[0], e.operand(1));
   if (op == Op::sqrt || op == Op::acosh) return vanishes(0) ? AtZero::open : AtZero::remains;
