@@ -90,7 +90,9 @@ std::string to_text(Expr e, const PrintOptions& options) {
   return Writer(forms, columns, notation_of(options)).whole(sum);
 }
 
-std::string to_text(Expr e) { return to_text(e, default_print_options()); }
+std::string to_text(Expr e) {  // aliases name columns
+  return e.is_symbol() ? to_text(e, PrintOptions{}) : to_text(e, default_print_options());
+}
 
 std::string to_latex(Expr e) {
   PrintOptions options = default_print_options();

@@ -16,10 +16,10 @@ namespace {
 using Set = std::vector<int>;
 using Leaves = std::unordered_set<Expr>;
 
-constexpr std::size_t largest_set = 4;
-constexpr std::size_t states_for_sets = 40;
 constexpr std::size_t algebraic_unknowns = 200;  // every row is looked at in every round
-constexpr int tries_for_each = 30;               // sets, so that a search among many summands ends
+constexpr int tries_for_each = 30;               // sets, so that a search among many products ends
+constexpr std::size_t looks_at_each = 20;        // node of the equations
+constexpr std::size_t largest_inside = 20;       // sets of others: a cascade has one for each of its states
 
 /// Of an expression, where some leaves are 0.
 enum class AtZero {
@@ -114,29 +114,21 @@ AtZero at_zero(Expr e, const Leaves& zeros, const Definitions& definitions,
   return known.at(e);
 }
 
-AtZero at_zero(Expr e, const Leaves& zeros, const Definitions& definitions) {
-  std::unordered_map<Expr, AtZero> known;
-  return at_zero(e, zeros, definitions, known);
-}
-
-/// The summands of a sum, signs left aside.
-std::vector<Expr> summands(Expr e) {
-  std::vector<Expr> open{e}, list;
-  while (!open.empty()) {
-    const Expr next = open.back();
-    open.pop_back();
-    if (next.op() == Op::add || next.op() == Op::sub || next.op() == Op::neg)
-      open.insert(open.end(), next.operands().begin(), next.operands().end());
-    else
-      list.push_back(next);
-  }
-  return list;
-}
+/// What is to vanish with the state from which a search begins, as far as it is settled.
+struct Closure {
+  int start = 0;
+  Leaves zeros;                ///< states
+  Set states;                  ///< those of zeros
+  std::vector<Expr> open;      ///< must vanish
+  std::vector<Expr> products;  ///< must vanish, one factor or the other
+  Leaves seen;                 ///< nodes that have been in `open`
+};
 
 class Search {
  public:
   /// Among the first `states`; the others are sensitivities.
-  Search(const dae::FirstOrder& form, int states) : form_(form) {
+  Search(const dae::FirstOrder& form, int states)
+      : form_(form), results_(static_cast<std::size_t>(states), unknown) {
     for (int i = 0; i < states; ++i) number_[form.x[i]] = i;
     for (std::size_t again = 0, known = 1; known > again && form.z.size() <= algebraic_unknowns;) {
       again = definitions_.size();
@@ -145,49 +137,171 @@ class Search {
     }
     const std::vector<Expr> determining = leaves(form.g);
     decides_z_.insert(determining.begin(), determining.end());
+    looks_ = looks_at_each * (100 + topological(form.f).size());
   }
 
   std::vector<Set> sets() {
-    std::vector<Set> list;
-    for (int i = 0; i < static_cast<int>(number_.size()); ++i) {
+    for (int i = 0; i < static_cast<int>(results_.size()); ++i) {
       poll_interrupt();
       left_ = tries_for_each;
-      const auto found = completed({i});
-      if (found && std::find(list.begin(), list.end(), *found) == list.end()) list.push_back(*found);
+      Closure closure;
+      closure.start = i;
+      add(closure, i);
+      results_[i] = completed(std::move(closure));
     }
-    const auto contains_another = [&](const Set& set) {
-      return std::any_of(list.begin(), list.end(), [&](const Set& other) {
-        return other.size() < set.size() && std::includes(set.begin(), set.end(), other.begin(), other.end());
-      });
-    };
-    std::vector<Set> minimal;
-    std::copy_if(list.begin(), list.end(), std::back_inserter(minimal),
-                 [&](const Set& set) { return !contains_another(set); });
-    return minimal;
+    return std::move(list_);
   }
 
  private:
-  /// The set itself where it is one, else with states that it lacks.
-  std::optional<Set> completed(Set set) {
-    if (left_-- <= 0) return {};
-    std::sort(set.begin(), set.end());
-    Leaves zeros;
-    for (const int i : set) zeros.insert(form_.x[i]);
-    for (const int i : set) {
-      const AtZero own = at_zero(form_.f[i], zeros, definitions_);
-      if (own == AtZero::vanishes && is_free_of_z(form_.f[i], zeros)) continue;
-      if (own != AtZero::remains || set.size() == largest_set || number_.size() > states_for_sets) return {};
-      return extended(set, form_.f[i], zeros);
+  /// Of a search: a place in list_, or one of these.
+  using Result = int;
+  static constexpr Result unknown = -1, none = -2;
+
+  void add(Closure& closure, int state) const {
+    closure.zeros.insert(form_.x[state]);
+    closure.states.push_back(state);
+    closure.open.push_back(form_.f[state]);
+  }
+
+  /// With the states that it lacks.
+  Result completed(Closure closure) {
+    if (left_-- <= 0) return unknown;
+    while (!closure.open.empty()) {
+      const Expr next = closure.open.back();
+      closure.open.pop_back();
+      if (!closure.seen.insert(next).second) continue;
+      if (!may_look(1)) return unknown;
+      if (const auto result = require(closure, next)) return *result;
     }
-    return set;
+    std::unordered_map<Expr, AtZero> known;
+    while (!closure.products.empty()) {
+      const Expr product = closure.products.back();
+      closure.products.pop_back();
+      if (at_zero(product, closure.zeros, definitions_, known) == AtZero::vanishes) continue;
+      if (!may_look(known.size())) return unknown;
+      return completed_by(product, closure);
+    }
+    if (!is_invariant(closure, known)) return none;
+    std::sort(closure.states.begin(), closure.states.end());
+    list_.push_back(std::move(closure.states));
+    return static_cast<Result>(list_.size()) - 1;
+  }
+
+  /// One factor of the product vanishes, or the other.
+  Result completed_by(Expr product, const Closure& closure) {
+    Result last = none;
+    for (const Expr factor : product.operands()) {
+      Closure one = closure;
+      one.open = {factor};
+      const Result result = completed(std::move(one));
+      if (result >= 0) return result;
+      if (result == unknown) last = unknown;
+    }
+    return last;
+  }
+
+  /// Where the search has become too long, left_ is 0 and it has no result.
+  bool may_look(std::size_t times) {
+    looks_ -= std::min(times, looks_);
+    if (looks_ == 0) left_ = 0;
+    return looks_ > 0;
+  }
+
+  /// Passes on to its operands that an expression vanishes; a result where the search ends with it.
+  std::optional<Result> require(Closure& closure, Expr e) {
+    if (e.is_constant()) return e.is_zero() ? std::nullopt : std::optional(none);
+    if (e.is_symbol()) return require_leaf(closure, e);
+    const auto operands = e.operands();
+    switch (e.op()) {
+      case Op::add:
+      case Op::sub:
+      case Op::min:
+      case Op::max:
+        closure.open.insert(closure.open.end(), operands.begin(), operands.end());
+        return {};
+      case Op::ifelse:
+        closure.open.insert(closure.open.end(), operands.begin() + 1, operands.end());
+        return {};
+      case Op::mul:
+        return require_product(closure, e);
+      case Op::div:
+      case Op::pow:  // with an exponent of 1 and more, as is_invariant() finds out
+        closure.open.push_back(operands.front());
+        return {};
+      default:
+        if (!passes_zero(e.op())) return none;
+        closure.open.push_back(operands.front());
+        return {};
+    }
+  }
+
+  std::optional<Result> require_leaf(Closure& closure, Expr leaf) const {
+    if (closure.zeros.count(leaf) > 0) return {};
+    if (const auto defined = definitions_.find(leaf); defined != definitions_.end()) {
+      closure.open.push_back(defined->second);
+      return {};
+    }
+    const auto state = number_.find(leaf);
+    if (state == number_.end()) return none;
+    const Result known = results_[state->second];
+    if (known == none) return none;
+    if (known == unknown)
+      add(closure, state->second);
+    else
+      return require_set(closure, known);
+    return {};
+  }
+
+  /// One that is known. The search ends where it is the one that is sought, or would be a set with large ones
+  /// inside.
+  std::optional<Result> require_set(Closure& closure, Result known) const {
+    const Set& set = list_[known];
+    if (std::binary_search(set.begin(), set.end(), closure.start)) return known;
+    if (set.size() > largest_inside) return unknown;
+    for (const int i : set)
+      if (closure.zeros.insert(form_.x[i]).second) closure.states.push_back(i);
+    return {};
+  }
+
+  std::optional<Result> require_product(Closure& closure, Expr e) {
+    std::vector<Expr> able;
+    for (const Expr factor : e.operands())
+      if (has_states(factor)) able.push_back(factor);
+    if (able.empty()) return none;
+    if (able.size() > 1 && able.front() != able.back())
+      closure.products.push_back(e);
+    else
+      closure.open.push_back(able.front());
+    return {};
+  }
+
+  bool has_states(Expr e) {
+    if (const auto known = has_states_.find(e); known != has_states_.end()) return known->second;
+    for (const Expr node : topological({&e, 1})) {
+      if (has_states_.count(node) > 0) continue;
+      const auto defined = definitions_.find(node);
+      const auto operands = node.operands();
+      has_states_[node] = number_.count(node) > 0 ||
+                          (defined != definitions_.end() && has_states(defined->second)) ||
+                          std::any_of(operands.begin(), operands.end(),
+                                      [&](Expr operand) { return has_states_.at(operand); });
+    }
+    return has_states_.at(e);
   }
 
   /// z without a definition may grow beyond all bounds where the states that determine it vanish.
-  bool is_free_of_z(Expr f, const Leaves& zeros) const {
-    if (std::none_of(zeros.begin(), zeros.end(), [&](Expr x) { return decides_z_.count(x) > 0; }))
-      return true;
+  bool is_invariant(const Closure& closure, std::unordered_map<Expr, AtZero>& known) const {
+    const bool decides_z = std::any_of(closure.zeros.begin(), closure.zeros.end(),
+                                       [&](Expr x) { return decides_z_.count(x) > 0; });
+    return std::all_of(closure.states.begin(), closure.states.end(), [&](int i) {
+      return at_zero(form_.f[i], closure.zeros, definitions_, known) == AtZero::vanishes &&
+             !(decides_z && has_z(form_.f[i]));
+    });
+  }
+
+  bool has_z(Expr f) const {
     const std::vector<Expr> inside = leaves_of(f);
-    return std::none_of(inside.begin(), inside.end(), [&](Expr leaf) {
+    return std::any_of(inside.begin(), inside.end(), [&](Expr leaf) {
       return std::find(form_.z.begin(), form_.z.end(), leaf) != form_.z.end();
     });
   }
@@ -207,32 +321,15 @@ class Search {
     return list;
   }
 
-  /// A state is added with which the first summand that remains vanishes, too.
-  std::optional<Set> extended(const Set& set, Expr f, const Leaves& zeros) {
-    const std::vector<Expr> terms = summands(f);
-    const auto open = std::find_if(terms.begin(), terms.end(), [&](Expr term) {
-      return at_zero(term, zeros, definitions_) != AtZero::vanishes;
-    });
-    if (open == terms.end()) return {};
-    const Expr term = *open;
-    for (const Expr leaf : leaves_of(term)) {
-      const auto state = number_.find(leaf);
-      if (state == number_.end() || zeros.count(leaf) > 0) continue;
-      Leaves more = zeros;
-      more.insert(leaf);
-      if (at_zero(term, more, definitions_) != AtZero::vanishes) continue;
-      Set larger = set;
-      larger.push_back(state->second);
-      if (const auto found = completed(std::move(larger))) return found;
-    }
-    return {};
-  }
-
   const dae::FirstOrder& form_;
   std::unordered_map<Expr, int> number_;
   Definitions definitions_;
   Leaves decides_z_;  ///< leaves of 0 = g
-  int left_ = 0;      ///< sets that may still be tried
+  std::unordered_map<Expr, bool> has_states_;
+  std::vector<Set> list_;
+  std::vector<Result> results_;  ///< of the searches from the states
+  int left_ = 0;                 ///< choices that may still be made for a state
+  std::size_t looks_ = 0;        ///< at nodes, left for all states
 };
 
 }  // namespace

@@ -11,11 +11,12 @@
 
 namespace pendula::integrate {
 
-/// Sets of at most four states (their numbers in x, ascending), none of which contains another: x′ of them
-/// vanishes, by the expressions and with slopes that are finite, wherever all of them are 0. Requires
-/// equations in the form x′ = f(t, x, z, u, p), else none is found; sets of more than one are sought for up
-/// to 40 states. Remembered for the equations; cost of the first call: nodes of f times the sets that are
-/// tried, at most 30 for each state.
+/// For each state a set that contains it, and none that it could do without (numbers in x, ascending; each
+/// set once): x′ of the set vanishes, by the expressions and with slopes that are finite, wherever all of
+/// it is 0. Requires equations in the form x′ = f(t, x, z, u, p), else none is found. Where a product is to
+/// vanish, one factor or the other can: the search makes at most 30 such choices for each state, and misses
+/// sets beyond them, and those that contain another one of more than 20 states. Remembered for the
+/// equations; cost of the first call: at most 2000 looks at nodes of f and 20 more for each of them.
 const std::vector<std::vector<int>>& invariant_zeros(const Problem& problem);
 
 }  // namespace pendula::integrate

@@ -17,12 +17,12 @@ std::vector<char> repeatable_states(const Simulation& simulation, const dae::Mod
   std::vector<char> list(static_cast<std::size_t>(problem.n()), 1);
   const std::vector<Expr>& x = problem.model().x;
   const auto& followed = simulation.plan.small_states.followed;
-  for (const auto& [leaf, value] : atol.some) {
+  for (const auto& [leaf, own] : atol.some) {
     const auto at = std::find(x.begin(), x.end(), dae::resolve(model, leaf));
     if (at == x.end()) continue;
-    const bool is_ours = followed && std::count(followed->states.begin(), followed->states.end(),
-                                                static_cast<int>(at - x.begin())) > 0;
-    *(list.begin() + (at - x.begin())) = is_ours && value > RegrowthWatch::least_atol;
+    *(list.begin() + (at - x.begin())) =
+        followed &&
+        std::count(followed->states.begin(), followed->states.end(), static_cast<int>(at - x.begin())) > 0;
   }
   return list;
 }
@@ -39,6 +39,11 @@ Simulation following_small_states(const Simulation& simulation, const Solution& 
   for (const int i : regrowth.states)
     again.atol.some.emplace_back(solution.problem().model().x[i], regrowth.atol);
   regrowth.effect = Regrowth::Effect::followed;
+  if (const auto& before = simulation.plan.small_states.followed) {
+    regrowth.states.insert(regrowth.states.end(), before->states.begin(), before->states.end());
+    std::sort(regrowth.states.begin(), regrowth.states.end());
+    regrowth.states.erase(std::unique(regrowth.states.begin(), regrowth.states.end()), regrowth.states.end());
+  }
   again.plan.small_states.followed = std::move(regrowth);
   return again;
 }

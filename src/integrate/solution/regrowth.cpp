@@ -23,6 +23,12 @@ RegrowthWatch::RegrowthWatch(const std::vector<std::vector<int>>& sets, const To
   }
 }
 
+double RegrowthWatch::atol_of(const Set& set) const {
+  double atol = 0;
+  for (const int i : set.states) atol = std::max(atol, tolerances_.atol[i]);
+  return atol;
+}
+
 /// In tolerances.
 double RegrowthWatch::size_of(const Set& set, const Point& point) const {
   double size = 0;
@@ -63,11 +69,12 @@ bool RegrowthWatch::ends_run(const Point& from, const Point& to, Stats& stats) {
     const Course course = follow(set, from, to);
     if (course == Course::grown) {
       using Effect = Regrowth::Effect;
+      const bool is_least = has_least_atol(set);
       stats.regrowth =
-          Regrowth{set.t_least, set.states, has_least_atol(set) ? Effect::below_numbers : Effect::unknown,
-                   tolerances_.atol[set.states.front()]};
-      ends = ends || (!repeatable_.empty() && std::all_of(set.states.begin(), set.states.end(),
-                                                          [&](int i) { return repeatable_[i] != 0; }));
+          Regrowth{set.t_least, set.states, is_least ? Effect::below_numbers : Effect::unknown, atol_of(set)};
+      ends = ends ||
+             (!is_least && !repeatable_.empty() &&
+              std::all_of(set.states.begin(), set.states.end(), [&](int i) { return repeatable_[i] != 0; }));
     }
     return course != Course::open;
   });

@@ -43,7 +43,8 @@ class RegrowthWatch : public StepMonitor {
     double least = 0, t_least = 0;  ///< its size in tolerances where it was least since it became small
     double growth = 0;              ///< ∫ x′/x dt since then
   };
-  bool has_least_atol(const Set& set) const { return tolerances_.atol[set.states.front()] <= least_atol; }
+  double atol_of(const Set& set) const;  ///< the largest
+  bool has_least_atol(const Set& set) const { return atol_of(set) <= least_atol; }
   double size_of(const Set& set, const Point& point) const;
   static double growth_of(const Set& set, const Point& from, const Point& to);
   enum class Course {

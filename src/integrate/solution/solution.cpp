@@ -7,7 +7,9 @@
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
+#include "dae/model/lineage.hpp"
 #include "expr/print/print.hpp"
+#include "integrate/problem/per_equations.hpp"
 #include "integrate/solution/regrowth.hpp"
 
 namespace pendula::integrate {
@@ -101,39 +103,62 @@ Point Solution::at(double t) const {
   return between_->at(points_, t);
 }
 
-const codegen::Kernel& Solution::kernel(std::span<const Expr> expressions) const {
-  if (!std::ranges::equal(expressions, last_.expressions) || last_.expressions.empty()) {
-    last_.kernel = codegen::Kernel(expressions, problem().arguments());
-    last_.expressions.assign(expressions.begin(), expressions.end());
-  }
-  return last_.kernel;
+/// Where the arguments of a problem are.
+static const std::unordered_map<Expr, int>& argument_places(const Problem& problem) {
+  static PerEquations<std::unordered_map<Expr, int>> known;
+  return known.of(problem, [&] {
+    std::unordered_map<Expr, int> places;
+    for (const Expr argument : problem.arguments()) places.emplace(argument, static_cast<int>(places.size()));
+    return places;
+  });
 }
 
-void Solution::evaluate(const codegen::Kernel& compiled, const Point& point, double* out) const {
+/// One unknown of thousands is asked for in a loop: what it costs does not depend on how many there are.
+void Solution::compile(std::span<const Expr> expressions) const {
+  if (std::ranges::equal(expressions, last_.expressions) && !last_.expressions.empty()) return;
+  const auto& places = argument_places(problem());
+  std::vector<Expr> arguments;
+  last_.places.clear();
+  for (const Expr leaf : leaves(expressions))
+    if (const auto at = places.find(leaf); at != places.end()) {
+      arguments.push_back(leaf);
+      last_.places.push_back(at->second);
+    }
+  last_.expressions.clear();
+  last_.kernel = codegen::Kernel(expressions, arguments);
+  last_.arguments.resize(arguments.size());
+  last_.expressions.assign(expressions.begin(), expressions.end());
+}
+
+void Solution::evaluate_last(const Point& point, double* out) const {
   values_problem_->set_point(point.t, point.x.data(), point.xdot.data(), point.z.data());
-  compiled(values_problem_->values().data(), out);
+  const std::vector<double>& values = values_problem_->values();
+  std::ranges::transform(last_.places, last_.arguments.begin(), [&](int place) { return values[place]; });
+  last_.kernel(last_.arguments.data(), out);
 }
 
 Mat Solution::values(std::span<const Expr> expressions) const {
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> result(
       size(), static_cast<Eigen::Index>(expressions.size()));
-  const codegen::Kernel& compiled = kernel(expressions);
+  compile(expressions);
   for (int i = 0; i < size(); ++i) {
     poll_interrupt();
-    evaluate(compiled, point(i), result.row(i).data());
+    evaluate_last(point(i), result.row(i).data());
   }
   return result;
 }
 
 Vec Solution::values(std::span<const Expr> expressions, double t) const {
   Vec result(static_cast<Eigen::Index>(expressions.size()));
-  evaluate(kernel(expressions), at(t), result.data());
+  compile(expressions);
+  evaluate_last(at(t), result.data());
   return result;
 }
 
 Vec Solution::values(std::span<const Expr> expressions, const Point& point) const {
   Vec result(static_cast<Eigen::Index>(expressions.size()));
-  evaluate(kernel(expressions), point, result.data());
+  compile(expressions);
+  evaluate_last(point, result.data());
   return result;
 }
 
@@ -178,17 +203,30 @@ std::optional<double> Solution::passed_growth() const {
   return *passed_growth_;
 }
 
-/// Names of states: "E, I".
-static std::string names_of(const std::vector<int>& states, const Problem& problem) {
-  std::string list;
-  for (const int i : states) list += (list.empty() ? "" : ", ") + to_text(problem.model().x[i]);
-  return list;
+/// "E, I"; "x", of a whole column; of many the first three and how many there are.
+static std::string names_of(const std::vector<Expr>& states) {
+  constexpr std::size_t most = 4;
+  const std::string all = dae::grouped_names(states);
+  if (states.size() <= most || std::ranges::count(all, ',') == 0) return all;
+  const std::vector<Expr> first(states.begin(), states.begin() + most - 1);
+  return text(dae::names_of(first), " and ", states.size() - first.size(), " other states");
+}
+
+/// The option with which rtol alone counts for these states, or for all where these are many.
+static std::string remedy_for(const std::vector<int>& states, const Problem& problem) {
+  constexpr std::size_t most = 3;
+  const std::string least = rounded(RegrowthWatch::least_atol, 1);
+  if (states.size() > most) return text("atol = ", least);
+  std::vector<std::string> entries;
+  for (const int i : states) entries.push_back(text("[", problem.x_name(i), "] = ", least));
+  return text("atol = { ", join(entries, ", "), " }");
 }
 
 /// States that have grown again from below their tolerances.
 static std::string regrowth_text(const Regrowth& regrowth, const Problem& problem) {
-  const std::string names = names_of(regrowth.states, problem);
-  const std::string when = text(names, regrowth.states.size() == 1 ? " was" : " were",
+  std::vector<Expr> states;
+  for (const int i : regrowth.states) states.push_back(problem.model().x[i]);
+  const std::string when = text(names_of(states), states.size() == 1 ? " was" : " were",
                                 " smaller than the tolerance at t = ", rounded(regrowth.t, 4));
   switch (regrowth.effect) {
     case Regrowth::Effect::followed:
@@ -202,9 +240,8 @@ static std::string regrowth_text(const Regrowth& regrowth, const Problem& proble
     case Regrowth::Effect::unknown:
       break;
   }
-  return text(when, " and grew again: an error there decides what follows; take atol = { [",
-              to_text(problem.model().x[regrowth.states.front()]),
-              "] = ", rounded(RegrowthWatch::least_atol, 1), " }\n");
+  return text(when, " and grew again: an error there decides what follows; take ",
+              remedy_for(regrowth.states, problem), "\n");
 }
 
 /// A warning about accumulated errors: every step keeps its tolerance, but undamped errors add up.

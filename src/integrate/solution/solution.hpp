@@ -94,7 +94,9 @@ struct MethodInUse {
 /// The same expressions are asked for again and again.
 struct KernelOfLastCall : Remembered {
   std::vector<Expr> expressions;
-  codegen::Kernel kernel;
+  codegen::Kernel kernel;   ///< of those arguments of the problem that the expressions contain
+  std::vector<int> places;  ///< of these
+  std::vector<double> arguments;
 
  private:
   void forget() override { expressions.clear(); }
@@ -184,8 +186,8 @@ class Solution {
   std::string errors_text() const;
 
  private:
-  const codegen::Kernel& kernel(std::span<const Expr> expressions) const;
-  void evaluate(const codegen::Kernel& kernel, const Point& point, double* out) const;
+  void compile(std::span<const Expr> expressions) const;
+  void evaluate_last(const Point& point, double* out) const;
   std::string ending_reason() const;
 
   ProblemPtr problem_;

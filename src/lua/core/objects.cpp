@@ -1,12 +1,16 @@
 #include "lua/core/objects.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
+#include <optional>
 #include <set>
+#include <variant>
 
 #include "base/error.hpp"
 #include "base/remembered.hpp"
 #include "base/text.hpp"
+#include "expr/graph/graph.hpp"
 #include "lua/core/call.hpp"
 #include "lua/core/foreign_names.hpp"
 #include "lua/core/key_in_words.hpp"
@@ -21,10 +25,15 @@ namespace {
 /// The addresses of these are registry keys that no script can form.
 char types_key, type_key, methods_key, fields_key, fallback_key;
 
+/// The expressions in an object, known one by one.
+struct Known {
+  Touch touch;
+  std::optional<std::uint16_t> window;  ///< in which they were touched last
+};
+
 struct Box {
   std::shared_ptr<const void> object;
-  Touch touch = nullptr;  ///< or, if null, the windows of the expressions that the object may refer to
-  Windows windows;
+  std::variant<Windows, Known> expressions;  ///< the windows of those that it may refer to, or these
   Box *before = nullptr, *after = nullptr;
 };
 
@@ -44,17 +53,18 @@ int finalize(lua_State* L) {
   if (!box.object) return 0;
   if (box.after) box.after->before = box.before;
   (box.before ? box.before->after : first_box) = box.after;
-  box.windows.reset();
+  box.expressions = Windows();
   box.object.reset();
   return 0;
 }
 
 /// Records that the running call reads an object.
-void note_use(const Box& box) {
-  if (!box.touch)
-    Origins::add(box.windows);
-  else if (box.object)
-    box.touch(box.object.get());
+void note_use(Box& box) {
+  Known* known = std::get_if<Known>(&box.expressions);
+  if (!known) return Origins::add(std::get<Windows>(box.expressions));
+  if (known->window == expression_window()) return;  // a loop reads long vectors in every turn
+  known->touch(box.object.get());
+  known->window = expression_window();
 }
 
 void append_string_keys(lua_State* L, int table, std::vector<std::string>& names) {
@@ -234,13 +244,14 @@ std::shared_ptr<const void>* object_at(lua_State* L, int index, const char* type
 std::vector<std::uint16_t> windows_in_use() {
   std::set<std::uint16_t> all;
   for (const Box* box = first_box; box; box = box->after)
-    if (!box->touch && box->windows) all.insert(box->windows->begin(), box->windows->end());
+    if (const auto* windows = std::get_if<Windows>(&box->expressions); windows && *windows)
+      all.insert((*windows)->begin(), (*windows)->end());
   return {all.begin(), all.end()};
 }
 
 void touch_known_expressions() {
   for (const Box* box = first_box; box; box = box->after)
-    if (box->touch) box->touch(box->object.get());
+    if (const auto* known = std::get_if<Known>(&box->expressions)) known->touch(box->object.get());
 }
 
 std::string object_type(lua_State* L, int index) {
@@ -260,8 +271,10 @@ void push_object(lua_State* L, std::shared_ptr<const void> object, const char* t
   push_metatable(L, type);
   lua_setmetatable(L, -2);
   box->object = std::move(object);
-  box->touch = touch;
-  if (!touch) box->windows = Origins::so_far();
+  if (touch)
+    box->expressions = Known{touch, {}};
+  else
+    box->expressions = Origins::so_far();
   enter(*box);
   collect_if_grown(L);
 }

@@ -132,3 +132,65 @@ test("through algebraic unknowns, in other units", function()
     expect(sol:final(I)/U):near(2.41915e-4, 1e-8)               -- by ln I, as above
   end
 end)
+
+--- Prey and predators in patches, the prey wandering between neighbours: they can vanish in all patches only.
+local function patches(n)
+  local x, y = var("x", n), var("y", n)
+  local equations, start = {}, { [x] = {}, [y] = {} }
+  for i = 1, n do
+    local wandering = 0.01*(x[i % n + 1] - 2*x[i] + x[(i - 2) % n + 1])
+    equations[2*i - 1] = der(x[i]) ~ x[i]*(1 - x[i]/10) - x[i]*y[i]/(1 + x[i]) + wandering
+    equations[2*i] = der(y[i]) ~ 0.5*x[i]*y[i]/(1 + x[i]) - 0.1*y[i]
+    start[x][i], start[y][i] = 5 + 0.1*i, 1
+  end
+  return dae(equations), start, x, y
+end
+
+test("large sets of states that vanish together only: prey in patches", function()
+  for _, n in ipairs { 3, 10, 30 } do                  -- they fall to 10⁻²⁴
+    local sys, start, x, y = patches(n)
+    local truth = sys:integrate { start = start, to = 300, rtol = 1e-10, atol = 1e-200 }
+    for _, method in ipairs { "auto", "radau", "dopri5" } do
+      for _, rtol in ipairs { 1e-3, 1e-6 } do
+        local sol = run(sys, method, { start = start, to = 300, rtol = rtol })
+        expect(sol.status):equals "finished"
+        expect(off(sol, y[n], truth:final(y[n]), rtol) < 100):is_true()
+        expect(tostring(sol:stats())):matches "were smaller than the tolerance at t = .* and grew again"
+      end
+    end
+  end
+end)
+
+test("the towns of an epidemic on a graph, with three classes each, and its remedy", function()
+  local n = 8
+  local S, E, I = var("S", n), var("E", n), var("I", n)
+  local contact, equations = 1 + 0.3*cos(2*math.pi*t), {}
+  local start = { [S] = {}, [E] = {}, [I] = {} }
+  for i = 1, n do
+    local force = 299*contact*I[i]
+    for j = 1, n do force = force + contact*I[j] end
+    equations[#equations + 1] = der(S[i]) ~ 0.1*(1 - S[i]) - force*S[i]
+    equations[#equations + 1] = der(E[i]) ~ force*S[i] - 40*E[i]
+    equations[#equations + 1] = der(I[i]) ~ 40*E[i] - 100*I[i]
+    start[S][i], start[E][i], start[I][i] = 0.5 + 0.05*i, 0, i == 1 and 1e-3 or 0
+  end
+  local sys = dae(equations)
+  local truth = sys:integrate { start = start, to = 40, rtol = 1e-10, atol = 1e-30, method = "dop853" }
+  for _, method in ipairs { "auto", "radau", "bdf" } do
+    local sol = run(sys, method, { start = start, to = 40, rtol = 1e-4 })
+    expect(off(sol, I[n], truth:final(I[n]), 1e-4) < 100):is_true()
+  end
+  local told = sys:integrate { start = start, to = 40, rtol = 1e-4, atol = 1e-5 }
+  expect(tostring(told)):matches "and 13 other states were smaller than the tolerance"
+  expect(tostring(told)):matches "take atol = 1e%-290"
+end)
+
+test("sets that a product leaves open, and sums that vanish for other reasons", function()
+  local a, b, c, d = vars "a b c d"
+  -- {a, b} or {a, c}: a needs b c = 0; b is fed, c is not
+  local sys = dae { der(a) ~ (t - 12)*a + b*c, der(b) ~ 1 - b, der(c) ~ (t - 12)*c, der(d) ~ a - d }
+  for _, method in ipairs { "auto", "radau" } do
+    local sol = run(sys, method, { start = { a = 1, b = 1, c = 0, d = 0 }, to = 24, rtol = 1e-6 })
+    expect(off(sol, a, 1, 1e-6) < 1000):is_true()
+  end
+end)

@@ -90,8 +90,9 @@ int default_of(Call& call) {
 int approximation(Call& call) { return call.push(decimal_approximation(to_expr(call.L, 1, "e"))); }
 
 int to_string(Call& call) {
-  collect_aliases(call.L);
-  return call.push(to_text(to_expr(call.L, 1, "e")));
+  const Expr e = to_expr(call.L, 1, "e");
+  if (!e.is_symbol()) collect_aliases(call.L);
+  return call.push(to_text(e));
 }
 
 // ── operators ──

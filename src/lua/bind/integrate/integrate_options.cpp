@@ -131,6 +131,13 @@ Method named_method(lua_State* L, const std::string& wanted, bool fixed) {
   return method;
 }
 
+/// atol alone may be 0. place: "atol", "atol[2]" or "atol: that of x"; remedy: "atol = 1e-8".
+void check_tolerance(const std::string& place, double value, const std::string& remedy) {
+  if (std::isfinite(value) && (value > 0 || (value == 0 && place.starts_with("atol")))) return;
+  throw Error(text(place, " = ", std::isnan(value) ? "nan" : rounded(value),
+                   "; a tolerance must be a positive number, for example ", remedy));
+}
+
 /// rtol = 1e-8, { [x] = 1e-8 } or { 1e-8, 1e-6 }.
 integrate::ToleranceRequest read_tolerance(Call& call, const Options& options, const char* key,
                                            const dae::Model& model) {
@@ -140,11 +147,11 @@ integrate::ToleranceRequest read_tolerance(Call& call, const Options& options, c
   const int index = options.push(key);
   if (!lua_istable(L, index) || object_type(L, index) != "") {
     request.all = to_number(L, index, key);
-    if (!(*request.all > 0) && !(*request.all == 0 && std::string(key) == "atol"))
-      throw Error(text(key, " = ", rounded(*request.all),
-                       "; a tolerance must be a positive number, for example ", key, " = 1e-8"));
+    check_tolerance(key, *request.all, text(key, " = 1e-8"));
   } else if (lua_rawlen(L, index) > 0) {
     const Vec list = to_numbers(L, index, key);
+    for (Eigen::Index i = 0; i < list.size(); ++i)
+      check_tolerance(text(key, "[", i + 1, "]"), list[i], text(key, " = { 1e-8, 1e-6 }"));
     request.list.assign(list.begin(), list.end());
   } else {
     each_symbol_entry(L, index, key, known_leaves(model), [&](const SymbolEntry& entry) {
@@ -155,8 +162,11 @@ integrate::ToleranceRequest read_tolerance(Call& call, const Options& options, c
       if (value.size() != static_cast<Eigen::Index>(entry.leaves.size()))
         throw Error(text(key, ": '", entry.key(), "' has ", entry.leaves.size(),
                          " components, its value has ", value.size()));
-      for (std::size_t i = 0; i < entry.leaves.size(); ++i)
+      for (std::size_t i = 0; i < entry.leaves.size(); ++i) {
+        const std::string name = leaf_name(entry.leaves[i]);
+        check_tolerance(text(key, ": that of ", name), value[i], text(key, " = { [", name, "] = 1e-8 }"));
         request.some.emplace_back(entry.leaves[i], value[i]);
+      }
     });
   }
   lua_settop(L, call.count());
