@@ -119,10 +119,13 @@ void IrkFormula::closest(double theta, int q, double* l) const {
   std::fill_n(l, s, 0.0);
   Vec value(q);  // of the orthogonal polynomials at θ
   double power = 1, sum = 0;
-  for (int k = 0; k < q; ++k) {
+  const double *Q = Q_.data(), *R = R_.data();  // columns of s numbers
+  for (int k = 0; k < q; ++k, Q += s, R += s) {
     power *= theta - 1;
-    value[k] = (power - R_.col(k).head(k).dot(value.head(k))) / R_(k, k);
-    for (int j = 0; j < s; ++j) l[j] += value[k] * Q_(j, k);
+    double rest = power;
+    for (int i = 0; i < k; ++i) rest -= R[i] * value[i];
+    value[k] = rest / R[k];
+    for (int j = 0; j < s; ++j) l[j] += value[k] * Q[j];
   }
   for (int j = 0; j < s; ++j) sum += l[j];
   l[s] = 1 - sum;

@@ -89,6 +89,8 @@ bool IrkStepper::factorise(double dt) {
 
 bool IrkStepper::factorise_pairs(double dt) {
   bool regular = true;
+  while (matrices().complex.size() < f().pairs.size())  // compiled steps need none
+    matrices().complex.emplace_back().analyse(N_, rows_.positions);
   for (std::size_t pair = 0; regular && pair < f().pairs.size(); ++pair) {
     shift(f().pairs[pair] / dt);
     regular = matrices().complex[pair].factorise(shifted_.complex.data());
@@ -279,8 +281,10 @@ IrkStepper::Newton IrkStepper::newton(double dt) {
       const double quotient = length / before;
       iteration_.theta = iteration_.count == 2 ? quotient : std::sqrt(quotient * quotient_before);
       quotient_before = quotient;
-      const bool alone =
-          iteration_.count == 2 && rows_.returning && jacobian_.fresh && quotient < largest_return;
+      // Far from the solution the first two corrections are no linear sequence: products of their errors come
+      // first, and where a small unknown is predicted badly they move the others by as much once more.
+      const bool alone = iteration_.count == 2 && jacobian_.fresh && quotient < largest_return &&
+                         (rows_.returning || quotient >= diverging);
       if (!(iteration_.theta < diverging) && !alone) return Newton::diverged;
       const double rate = std::min(iteration_.theta, diverging);
       iteration_.contraction = rate / (1 - rate);

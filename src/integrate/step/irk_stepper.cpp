@@ -57,13 +57,7 @@ void IrkStepper::use(int level) {
   order_.level = order_.next = level;
   const auto stages = static_cast<std::size_t>(f().s), size = static_cast<std::size_t>(N_);
   for (auto* array : {&Z_, &work_.R, &work_.transformed}) array->assign(stages * size, 0.0);
-  if (matrices().real.size() == 0) {
-    matrices().real.analyse(N_, rows_.positions);
-    for (std::size_t k = 0; k < f().pairs.size(); ++k) {
-      matrices().complex.emplace_back();
-      matrices().complex.back().analyse(N_, rows_.positions);
-    }
-  }
+  if (matrices().real.size() == 0) matrices().real.analyse(N_, rows_.positions);
   work_.lagrange.resize(stages + 1);
   work_.weights.resize(stages);
   work_.residual.resize(size);
