@@ -1,5 +1,6 @@
 #include "method/irk_formula.hpp"
 
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -117,15 +118,19 @@ void IrkFormula::lagrange(double theta, double* l) const {
 void IrkFormula::closest(double theta, int q, double* l) const {
   if (q == s) return lagrange(theta, l);
   std::fill_n(l, s, 0.0);
-  Vec value(q);  // of the orthogonal polynomials at θ
+  // values of the orthogonal polynomials at θ
+  constexpr int usual = 8;
+  std::array<double, usual> few;
+  std::vector<double> many(q > usual ? static_cast<std::size_t>(q) : 0);
+  double* value = q > usual ? many.data() : few.data();
   double power = 1, sum = 0;
   const double *Q = Q_.data(), *R = R_.data();  // columns of s numbers
   for (int k = 0; k < q; ++k, Q += s, R += s) {
     power *= theta - 1;
     double rest = power;
     for (int i = 0; i < k; ++i) rest -= R[i] * value[i];
-    value[k] = rest / R[k];
-    for (int j = 0; j < s; ++j) l[j] += value[k] * Q[j];
+    const double v = value[k] = rest / R[k];
+    for (int j = 0; j < s; ++j) l[j] += v * Q[j];
   }
   for (int j = 0; j < s; ++j) sum += l[j];
   l[s] = 1 - sum;

@@ -21,9 +21,9 @@ struct Rates {
 ///
 /// requires  x′ of `at` follows from its t and x
 /// returns   nothing where x′ cannot be evaluated near the point, or the eigenvalues do not converge
-/// cost      up to 12 states one evaluation of x′ each, beyond 12; eigenvalues of a matrix of that size
-///           (20 × 20: 0.27 M instructions, as much as four steps of Radau IIA), unless a norm of the matrix
-///           is below `harmless`: then all three are that norm
+/// cost      up to 12 states one evaluation of x′ each, beyond 12; eigenvalues of a matrix of that size, less
+///           the rows that are alone (20 × 20: 0.27 M instructions, as much as four steps of Radau IIA),
+///           unless a norm of the matrix is below `harmless`: then all three are that norm
 std::optional<Rates> rates(RhsSolver& derivative, const Point& at, double harmless = 0);
 
 /// The largest |λ| along a solution by the power method, started with the vector of the last point
@@ -36,7 +36,7 @@ class SpectralRadius {
   std::optional<double> at(RhsSolver& derivative, const Point& at);
 
  private:
-  Vec direction_;
+  Vec direction_, any_, ahead_;
 };
 
 }  // namespace pendula::integrate
