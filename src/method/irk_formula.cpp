@@ -76,6 +76,12 @@ IrkFormula::IrkFormula(TableauPtr rk)
   end = (inverse.transpose() * b).cast<double>();
   if (stiffly_accurate) end = Vec::Unit(s, s - 1);
 
+  find_nodes();
+  find_last_degrees();
+  orthogonalise();
+}
+
+void IrkFormula::find_nodes() {
   nodes = {0};
   nodes.insert(nodes.end(), c.begin(), c.end());
   for (std::size_t j = 0; j < nodes.size(); ++j) {
@@ -84,7 +90,6 @@ IrkFormula::IrkFormula(TableauPtr rk)
       if (k != j) product *= static_cast<long double>(nodes[j]) - nodes[k];
     barycentric.push_back(static_cast<double>(1 / product));
   }
-  orthogonalise();
 }
 
 void IrkFormula::orthogonalise() {
@@ -100,6 +105,22 @@ void IrkFormula::orthogonalise() {
     R_(k, k) = Q_.col(k).norm();
     Q_.col(k) /= R_(k, k);
   }
+}
+
+void IrkFormula::find_last_degrees() {
+  LongMat legendre(s + 1, s + 1);  // values at the nodes, by (k + 1) P_k+1 = (2k + 1) x P_k - k P_k-1
+  for (int i = 0; i <= s; ++i) {
+    const long double x = 2 * static_cast<long double>(nodes[i]) - 1;
+    legendre(i, 0) = 1;
+    legendre(i, 1) = x;
+    for (int k = 1; k < s; ++k)
+      legendre(i, k + 1) = ((2 * k + 1) * x * legendre(i, k) - k * legendre(i, k - 1)) / (k + 1);
+  }
+  const LongMat coefficients = legendre.fullPivLu().inverse();
+  const int rows = std::min(s, most_last_degrees);
+  last_degrees.resize(rows, s);
+  for (int r = 0; r < rows; ++r)
+    for (int i = 0; i < s; ++i) last_degrees(r, i) = static_cast<double>(coefficients(s - r, i + 1));
 }
 
 void IrkFormula::lagrange(double theta, double* l) const {

@@ -26,6 +26,8 @@ struct IrkFormula {
   Vec end;    ///< y₁ = y₀ + Σ dᵢ Zᵢ; the last unit vector for stiffly accurate methods
   bool stiffly_accurate;
   std::vector<double> nodes, barycentric;  ///< 0, c₁ … c_s and their weights
+  static constexpr int most_last_degrees = 4;
+  Mat last_degrees;  ///< times Z: the coefficients of the collocation polynomial of P_s, P_s-1 … (Legendre)
 
   /// l[j], j = 0 … s: the Lagrange polynomials on the nodes at θ (and their derivatives).
   void lagrange(double theta, double* l) const;
@@ -37,7 +39,9 @@ struct IrkFormula {
   void closest(double theta, int q, double* l) const;
 
  private:
+  void find_nodes();
   void orthogonalise();
+  void find_last_degrees();
   Mat Q_, R_;  ///< (cᵢ - 1)ᵏ, i = 0 … s - 1, k = 1 … s: orthogonal columns and what makes powers of them
 };
 

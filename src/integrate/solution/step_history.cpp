@@ -143,6 +143,7 @@ auto StepHistory::of_step(int mesh_point, const Ask& ask) {
   StepView view;
   mesh_.get(mesh_point, view.from);
   mesh_.get(mesh_point + 1, view.to);
+  view.record = records_.data() + step.record;
   if (step.has_modes()) modes_[step.modes].problem->set_modes(modes_[step.modes].values);
   const auto answer = ask(*steppers_[step.stepper], view);
   if (step.has_modes()) modes_.back().problem->set_modes(modes_.back().values);

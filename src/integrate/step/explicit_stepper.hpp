@@ -62,8 +62,6 @@ class ExplicitStepper final : public Stepper {
   double first_step(double end);
   bool compute(const Point& from, double dt);
   Attempt attempt(double dt);
-  static constexpr long few_values =
-      3000;  ///< of a run, unknowns times steps: all of its steps can be judged
   bool is_last_step_doubtful(double dt) const;
   double size_of(const Vec& x) const;
   double error_norm();

@@ -6,6 +6,7 @@
 // additional correction at the end of a step, and the undamped estimate for cases in which the matrix in
 // front would hide the error (docs/derivations.md#step-checks).
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "integrate/solve/vector_sums.hpp"
@@ -44,6 +45,39 @@ double IrkStepper::departure(const StepView& step, const Point& curve, const Poi
       farthest = std::max(farthest, distance / unit);
   }
   return farthest;
+}
+
+/// Waves that the stages of a step pass alike have errors beyond any estimate; smaller ones than `hidden`
+/// are mostly of stiff components, which the next steps damp: the estimates have judged them.
+double IrkStepper::error_by_doubling(const StepView& step) {
+  constexpr double hidden = 20;  // tolerances
+  const double middle = step.from.t + (step.to.t - step.from.t) / 2;
+  StepView part = step;
+  if (!inside().goes(part, middle) || !inside().goes(part, step.to.t)) return 0;
+  double largest = 0;
+  for (int i = 0; i < n(); ++i) {
+    const double size = std::max(std::fabs(step.from.x[i]), std::fabs(step.to.x[i]));
+    largest = std::max(largest, std::fabs(part.from.x[i] - step.to.x[i]) / weight(i, size));
+  }
+  return largest > hidden ? largest : 0;
+}
+
+/// Moves the beginning of the part to t, by one step or, where its iteration fails, by shorter ones.
+bool IrkStepper::goes(StepView& part, double t) {
+  const auto level = static_cast<int>(part.record[0]);
+  double dt = t - part.from.t;
+  constexpr int most = 16;  // attempts
+  for (int k = 0; k < most; ++k) {
+    const double next = part.from.t + dt < t ? part.from.t + dt : t;
+    if (reaches(part, level, next)) {
+      part.from = next_;
+      part.from.t = next;
+      if (next == t) return true;
+    } else {
+      dt /= 2;
+    }
+  }
+  return false;
 }
 
 /// The error in tolerances. The matrix in front of the estimate damps it excessively if the matrix is
@@ -167,6 +201,35 @@ void IrkStepper::release_stiff_error(double dt) {
   if (!rhs_(next_.t, next_.x.data(), next_.xdot.data(), next_.z.data())) next_ = before;
 }
 
+/// The error by the decay of the collocation polynomial in Legendre's: where its coefficients fall by q from
+/// one degree to the next, the ends, of order 2 s - 1, err by qˢ of the last ones. The estimate of formulas
+/// with many stages, of order s and in tolerances that are looser by the difference of the orders, is far too
+/// small where the series does not converge (docs/derivations.md#step-checks).
+double IrkStepper::unresolved(double dt) {
+  constexpr int many = 5;
+  const int s = f().s;
+  if (s < many || !f().stiffly_accurate) return 0;
+  const auto unit = [this](int k) { return weight(k, std::max(std::fabs(y_[k]), std::fabs(next_.x[k]))); };
+  Vec slope;  // that the step has missed
+  bool visible = false;
+  for (int k = 0; k < n(); ++k) {
+    std::array<double, IrkFormula::most_last_degrees> c{};
+    for (int i = 0; i < s; ++i)
+      for (std::size_t r = 0; r < c.size(); ++r) c[r] += f().last_degrees(r, i) * Z_[i * N_ + k];
+    const double last = std::max(std::fabs(c[0]), std::fabs(c[1]));
+    if (last <= unit(k)) continue;
+    const double before = std::max(std::fabs(c[2]), std::fabs(c[3]));
+    const double error = last * (before > last ? std::pow(last / before, s / 2.0) : 1);
+    if (slope.size() == 0) slope.setZero(n());
+    slope[k] = std::copysign(error, c[0]) / dt;
+    visible = visible || error > unit(k);
+  }
+  if (!visible || !filter_missed(dt, slope, error_)) return 0;  // stiff components are not missed
+  double largest = 0;
+  for (int k = 0; k < n(); ++k) largest = std::max(largest, std::fabs(error_[k]) / unit(k));
+  return largest;
+}
+
 double IrkStepper::damped_error_norm(double dt, bool again) {
   if (CompiledNewtonStep* code = matrices().code.get()) return damped_error_norm(*code, again);
   const auto size = static_cast<std::size_t>(N_);
@@ -196,6 +259,15 @@ double IrkStepper::damped_error_norm(CompiledNewtonStep& code, bool again) {
   const double second = norm(code.end_at(moved.data()));
   end_ = code.end();
   return std::isfinite(second) ? second : first;
+}
+
+/// Another one, which does not forget what this one does.
+IrkStepper& IrkStepper::inside() {
+  if (!last_.inside)
+    last_.inside = std::make_shared<IrkStepper>(name_, problem_, formulas_, index_, tolerances_, limits_,
+                                                last_.inside_stats);
+  last_.inside->determined_ = determined_;
+  return *last_.inside;
 }
 
 }  // namespace pendula::integrate

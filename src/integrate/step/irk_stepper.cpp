@@ -246,7 +246,8 @@ void IrkStepper::step(double end) {
       continue;
     }
     const double correction = correction_at_end(dt);
-    if (const double more = std::max({correction, stiff_error_at_end(dt), missed_between_stages(dt)});
+    if (const double more =
+            std::max({correction, stiff_error_at_end(dt), missed_between_stages(dt), unresolved(dt)});
         more >= 1) {
       need_jacobian = !jacobian_.fresh;
       reject(dt, Rejection::error, more);
@@ -316,6 +317,8 @@ void IrkStepper::accept(double dt, double error, double end) {
   std::swap(here_, next_);
   if (next_.x.size() == 0) next_ = here_;
   ++stats_.steps;
+  if (stats_.steps * N_ <= 4 * few_values && f().s * N_ <= affordable)
+    doubtful_steps_.push_back({before_.t, error});
   stats_.errors += error;
   if (order_.next != order_.level) use(order_.next);
 }
@@ -382,17 +385,11 @@ Detail IrkStepper::look(const StepView& step, double t, Detail detail, Point& ou
 /// Evaluates inside a step by a step of the method itself from its beginning to t, at the full order, if the
 /// model is small enough.
 void IrkStepper::refine(const StepView& step, int level, double t, Point& out) {
-  constexpr int affordable = 150;
   if (formulas_[level]->s * N_ <= affordable) {
-    std::shared_ptr<IrkStepper>& inside = last_.inside;
-    if (!inside)
-      inside = std::make_shared<IrkStepper>(name_, problem_, formulas_, index_, tolerances_, limits_,
-                                            last_.inside_stats);
-    inside->determined_ = determined_;
-    const bool reached = inside->reaches(step, level, t);
-    if (reached) error_inside_ = departure(step, out, inside->next_);
+    const bool reached = inside().reaches(step, level, t);
+    if (reached) error_inside_ = departure(step, out, inside().next_);
     if (reached && !is_doubtful()) {
-      out = inside->next_;
+      out = inside().next_;
       out.t = t;
       return;
     }

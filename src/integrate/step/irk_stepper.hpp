@@ -40,11 +40,13 @@ class IrkStepper final : public Stepper {
   void record(double* to) const override;
   TableauPtr tableau(const StepView& step) const override { return formulas_[step.record[0]]->tableau; }
   bool is_determined() const override { return determined_; }
+  double error_by_doubling(const StepView& step) override;
 
  private:
   Detail look(const StepView& step, double t, Detail detail, Point& out) override;
   /// Contraction below which the Jacobian serves another step: as in RADAU5 (Hairer & Wanner II, §IV.8).
   static constexpr double keep_jacobian_below = 0.001;
+  static constexpr int affordable = 150;  ///< stages times unknowns: steps inside of steps
   enum class Newton { converged, slow, diverged, not_finite };
   /// Why a step is repeated.
   enum class Rejection {
@@ -156,6 +158,7 @@ class IrkStepper final : public Stepper {
   bool factorise_apart(const std::vector<double>& entries, double gh);
   void polynomial(double part, double dt, double* value, double* slope) const;
   double missed_between_stages(double dt);
+  double unresolved(double dt);
   bool corrected_there(double t, double dt, const double* y, Vec& xdot, Vec& z);
   bool filter_missed(double dt, const Vec& missed, std::vector<double>& e);
   double stiff_error_at_end(double dt);
@@ -170,8 +173,10 @@ class IrkStepper final : public Stepper {
   double distance_to_last_stage() const;
   void choose_order(double quotient);
   void reject(double dt, Rejection why, double error = 0);
+  IrkStepper& inside();
   void refine(const StepView& step, int level, double t, Point& out);
   bool reaches(const StepView& step, int level, double t);
+  bool goes(StepView& part, double t);
   double departure(const StepView& step, const Point& curve, const Point& inside) const;
   RoundingFloor::Answer at_rounding(double dt, double length);
   std::string blame() const;

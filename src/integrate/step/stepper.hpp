@@ -182,6 +182,8 @@ class Stepper {
   StepLimits limits_;
   Stats& stats_;
   double error_inside_ = 0;
+  /// Of a run, unknowns times steps: all of its steps are doubtful.
+  static constexpr long few_values = 3000;
   std::vector<DoubtfulStep> doubtful_steps_;
   std::string trouble_;  ///< why the last attempt at a step failed, other than by its error
   Point here_, before_;

@@ -83,3 +83,40 @@ test("rodas passes |g|^(1/3) = 0 inside and at the start", function()
   local start = { der(x) ~ sqrt(abs(t)) }
   expect(worst(start, { x = 0 }, function() return 2/3 end, 1, { 1e-4, 1e-6 }, { "rodas" }) < 30):is_true()
 end)
+
+-- Estimates of formulas with 5 and 7 stages are of order 5 and 7: where waves become as short as a step, they
+-- were a thousandth of the error (one run of six was off, up to 720 tolerances in one step).
+test("waves as short as steps: Radau with many stages sees that its polynomial does not converge", function()
+  local a, b, c = vars "a b c"
+  local m = dae { der(a) ~ t, der(b) ~ (a + 3)/(cos(1.9*c*b) + 2), der(c) ~ 1.8*a }
+  local off, silent = 0, 0
+  for k = 0, 150, 2 do
+    local start = { a = 0.8 + k/1000, b = 0.2, c = 1/3 }
+    local sol = m:integrate { start = start, to = 3, rtol = 1e-6, method = "radau" }
+    local tight = m:integrate { start = start, to = 3, rtol = 1e-11, method = "dop853", times = sol.t }
+    local worst = 0
+    for _, time in ipairs(sol.t) do
+      worst = math.max(worst, math.abs(sol(b, time)/tight(b, time) - 1)/1e-6)
+    end
+    if worst > 100 then
+      off = off + 1
+      if not tostring(sol):find("add up", 1, true) then silent = silent + 1 end
+    end
+  end
+  expect(off < 3 and silent < 3):is_true()
+end)
+
+test("a step of Radau that its halves contradict by many tolerances: the run says so", function()
+  local a, b, c = vars "a b c"
+  local m = dae { der(a) ~ cos(-0.3*a/(cos(b) + 2)), der(b) ~ t*c - 7*b, der(c) ~ t^2 - 0.7457052122*b }
+  local off = 0
+  for k = 0, 40 do                                     -- cos(b) turns up to 50 times in a unit of time
+    local sol = m:integrate { start = { a = -0.13 + k/1000, b = -0.97, c = -0.5 }, to = 10, rtol = 1e-6,
+      method = "radau" }
+    if not sol:check().good then
+      off = off + 1
+      expect(tostring(sol)):matches "add up"
+    end
+  end
+  expect(off < 20):is_true()
+end)

@@ -149,7 +149,7 @@ return sol:drift())",
         {"stats#untested", stats_untested, "stats.untested -> string",
          "Runs with direct = true: the unknowns of index 3 and more, whose errors no step tests. Empty if there are none."},
         {"stats#errors", stats_errors, "stats.errors -> number",
-         "The estimated errors of all steps of an adaptive run, in tolerances: their sum, in which steps of explicit methods whose "
+         "The estimated errors of all steps of an adaptive run, in tolerances: their sum, in which steps of Runge-Kutta methods whose "
          "estimate may be wrong are judged by two half steps. It bounds the error at the end "
          "where the equations amplify no error; oscillations preserve errors, damping removes most of them."},
         {"stats#rest", stats_rest, "stats.rest -> number or nil",
