@@ -38,9 +38,9 @@ local function compared_times(sol)
   return times
 end
 
--- The largest difference of one component, where it is, and how it compares with the tolerance.
-local function difference(first, second, component, times, options)
-  local a, b = first(component, times), second(component, times)
+-- The largest difference of one component, where it is, and how it compares with the tolerance. a, b: its
+-- values at the times.
+local function difference(component, a, b, times, options)
   local largest, at, size = 0, times[1], 0
   for i = 1, #times do
     local d = math.abs(a[i] - b[i])
@@ -53,12 +53,16 @@ local function difference(first, second, component, times, options)
     tolerances = largest/(rtol*size + atol) }
 end
 
-local function components(model)
-  local list = {}
-  for _, part in ipairs { model.differential, model.algebraic } do
-    for i = 1, #part do list[#list + 1] = part[i] end
+-- A row for every component, in one look at each time.
+local function differences(first, second, times, options, report)
+  for _, part in ipairs { first.model.differential, first.model.algebraic } do
+    if #part > 0 and #times > 0 then
+      local a, b = first(part, times), second(part, times)
+      for i = 1, #part do
+        report[#report + 1] = difference(part[i], a:col(i), b:col(i), times, options)
+      end
+    end
   end
-  return list
 end
 
 local function verdict_of(report)
@@ -107,9 +111,7 @@ return c.good, #c, c[1].name]], gives = "true 1 x",
     while times[#times] and times[#times] > second.t[#second.t] do times[#times] = nil end
     local report = { first = sol.status:match "^%a+", second = second.status:match "^%a+",
       methods = { sol:stats().method, second:stats().method }, good = false }
-    for _, component in ipairs(components(sol.model)) do
-      report[#report + 1] = difference(sol, second, component, times, options)
-    end
+    differences(sol, second, times, options, report)
     report.verdict = verdict_of(report)
     return record("check", report)
   end }

@@ -53,13 +53,10 @@ doc { name = "solution:__index", module = "integrate", sig = "sol.x",
 
 -- ── going on from a solution ───────────────────────────────────────────────────────────────────────────────
 
--- The values of the parameters of a run.
-local function parameters_of(sol)
-  local values = {}
-  for i = 1, #sol.model.parameters do
-    local p = sol.model.parameters[i]
-    values[p] = sol:final(p)
-  end
+-- { [x[1]] = …, … } of a column at a time of a solution.
+local function values_at(sol, column, time)
+  local values, list = {}, #column > 0 and sol(column, time)
+  for i = 1, #column do values[column[i]] = #column > 1 and list[i] or list end
   return values
 end
 
@@ -75,11 +72,11 @@ doc { name = "solution:state", module = "integrate", sig = "sol:state([t [, { in
   gives = "0.135335", options = { option("inputs", "table", "as in integrate", "", "@inputs") },
   options_at = 3,
   function(sol, time, options)
-    local model, fix, guess = sol.model, {}, {}
+    local model = sol.model
     time = time or sol.t[#sol.t]
-    for i = 1, #model.differential do fix[model.differential[i]] = sol(model.differential[i], time) end
-    for i = 1, #model.algebraic do guess[model.algebraic[i]] = sol(model.algebraic[i], time) end
-    return model:init { fix = fix, guess = guess, from = time, params = parameters_of(sol),
+    return model:init { fix = values_at(sol, model.differential, time),
+      guess = values_at(sol, model.algebraic, time), from = time,
+      params = values_at(sol, model.parameters, sol.t[#sol.t]),
       nearest = model.form == "", consistent = model.form == "", declared = false,
       inputs = options and options.inputs }
   end }

@@ -3,6 +3,7 @@
 #include <cctype>
 #include <string_view>
 
+#include "expr/print/print.hpp"
 #include "expr/print/print_notation.hpp"
 
 namespace pendula {
@@ -53,6 +54,22 @@ std::string plain_spelling(const std::string& name) {
     rest.remove_prefix(1);
   }
   return out;
+}
+
+std::optional<Expr> Spellings::leaf(const std::string& word) {
+  if (printed_.empty()) collect();
+  if (const auto at = printed_.find(word); at != printed_.end()) return at->second;
+  const auto at = plain_.find(plain_spelling(word));
+  return at == plain_.end() ? std::nullopt : at->second;
+}
+
+void Spellings::collect() {
+  for (const Expr leaf : known_) {
+    printed_.emplace(to_text(leaf), leaf);
+    const Symbol& s = symbol_of(leaf);
+    const auto [at, is_new] = plain_.emplace(plain_spelling(s.name + std::string(s.order, '\'')), leaf);
+    if (!is_new && at->second != leaf) at->second.reset();
+  }
 }
 
 }  // namespace pendula

@@ -90,18 +90,6 @@ std::string symbols_at_hand(std::span<const Expr> known) {
   return text(" Known here: ", join(names, ", "), ".");
 }
 
-/// The unique leaf with another spelling of the name: q[1] for q₁, theta1 for theta_1.
-std::optional<Expr> spelled_otherwise(const std::string& word, std::span<const Expr> known) {
-  const std::string plain = plain_spelling(word);
-  std::optional<Expr> found;
-  for (Expr leaf : known) {
-    if (plain_spelling(leaf_name(leaf)) != plain || found == leaf) continue;
-    if (found) return std::nullopt;
-    found = leaf;
-  }
-  return found;
-}
-
 [[noreturn]] void refuse_unknown(const std::string& word, const std::string& what,
                                  std::span<const Expr> known) {
   const std::vector<std::string> names = names_of(known);
@@ -111,8 +99,8 @@ std::optional<Expr> spelled_otherwise(const std::string& word, std::span<const E
   throw Error(text(what, ": unknown symbol '", word, "'.", remedy));
 }
 
-std::vector<Expr> leaves_named(const std::string& word, const std::string& what,
-                               std::span<const Expr> known) {
+std::vector<Expr> leaves_named(const std::string& word, const std::string& what, std::span<const Expr> known,
+                               Spellings& spellings) {
   const Name name = split_name(word);
   std::vector<Expr> exact, components;
   for (Expr leaf : known) {
@@ -133,21 +121,23 @@ std::vector<Expr> leaves_named(const std::string& word, const std::string& what,
             [](Expr a, Expr b) { return symbol_of(a).component < symbol_of(b).component; });
   components.erase(std::unique(components.begin(), components.end()), components.end());
   if (!components.empty()) return whole_column(components, name.base);
-  if (const std::string marked = with_marks(word); !marked.empty()) return leaves_named(marked, what, known);
-  for (Expr leaf : known)  // as it is printed: θ₁′
-    if (to_text(leaf) == word) return {leaf};
-  if (const auto leaf = spelled_otherwise(word, known)) return {*leaf};
+  if (const std::string marked = with_marks(word); !marked.empty())
+    return leaves_named(marked, what, known, spellings);
+  if (const auto leaf = spellings.leaf(word)) return {*leaf};
   refuse_unknown(word, what, known);
 }
 
-std::vector<Expr> leaves_of_list(lua_State* L, int list, const std::string& what,
-                                 std::span<const Expr> known) {
+std::vector<Expr> leaves_at(lua_State* L, int index, const std::string& what, std::span<const Expr> known,
+                            Spellings& spellings);
+
+std::vector<Expr> leaves_of_list(lua_State* L, int list, const std::string& what, std::span<const Expr> known,
+                                 Spellings& spellings) {
   const Nesting nesting(L);
   std::vector<Expr> all;
   const lua_Integer n = list_size(L, list, what);
   for (lua_Integer i = 1; i <= n; ++i) {
     lua_rawgeti(L, list, i);
-    const auto some = to_leaves(L, lua_gettop(L), text("entry ", i, " of ", what), known);
+    const auto some = leaves_at(L, lua_gettop(L), text("entry ", i, " of ", what), known, spellings);
     all.insert(all.end(), some.begin(), some.end());
     lua_pop(L, 1);
   }
@@ -169,6 +159,20 @@ void refuse_repetition(std::vector<SymbolEntry>& entries, const std::string& wha
                          it->second->key() == entry.key()
                              ? "by the symbol and by its name"
                              : text("with '", it->second->key(), "' and with '", entry.key(), "'")));
+}
+
+std::vector<Expr> leaves_at(lua_State* L, int index, const std::string& what, std::span<const Expr> known,
+                            Spellings& spellings) {
+  index = lua_absindex(L, index);
+  if (lua_type(L, index) == LUA_TSTRING) return leaves_named(lua_tostring(L, index), what, known, spellings);
+  if (lua_istable(L, index)) return leaves_of_list(L, index, what, known, spellings);
+  if (!object<Expr>(L, index) && !object<Matrix>(L, index))
+    throw Error(text(what, " must be a symbol, a column of symbols or a name, not ", describe(L, index)));
+  const MatX m = to_matrix(L, index, what);
+  for (Expr e : entries(m))
+    if (!e.is_symbol() || symbol_of(e).kind == Kind::constant)
+      throw Error(text(what, " must be a symbol, not the expression ", to_text(e)));
+  return {m.data(), m.data() + m.size()};
 }
 
 [[noreturn]] void not_an_equation(lua_State* L, int index, const std::string& what) {
@@ -208,16 +212,8 @@ std::string leaf_name(Expr leaf) {
 }
 
 std::vector<Expr> to_leaves(lua_State* L, int index, const std::string& what, std::span<const Expr> known) {
-  index = lua_absindex(L, index);
-  if (lua_type(L, index) == LUA_TSTRING) return leaves_named(lua_tostring(L, index), what, known);
-  if (lua_istable(L, index)) return leaves_of_list(L, index, what, known);
-  if (!object<Expr>(L, index) && !object<Matrix>(L, index))
-    throw Error(text(what, " must be a symbol, a column of symbols or a name, not ", describe(L, index)));
-  const MatX m = to_matrix(L, index, what);
-  for (Expr e : entries(m))
-    if (!e.is_symbol() || symbol_of(e).kind == Kind::constant)
-      throw Error(text(what, " must be a symbol, not the expression ", to_text(e)));
-  return {m.data(), m.data() + m.size()};
+  Spellings spellings(known);
+  return leaves_at(L, index, what, known, spellings);
 }
 
 void each_symbol_entry(lua_State* L, int table, const std::string& what, std::span<const Expr> known,
@@ -229,12 +225,13 @@ void each_symbol_entry(lua_State* L, int table, const std::string& what, std::sp
   lua_newtable(L);  // the values, in the order of lua_next
   const int values = lua_gettop(L);
   std::vector<SymbolEntry> found;
+  Spellings spellings(known);
   lua_pushnil(L);
   while (lua_next(L, table) != 0) {
     const int key = lua_gettop(L) - 1;
     refuse_key(L, key, what);
     const std::string where = lua_type(L, key) == LUA_TSTRING ? what : "a key of " + what;
-    SymbolEntry entry{to_leaves(L, key, where, known),
+    SymbolEntry entry{leaves_at(L, key, where, known, spellings),
                       lua_type(L, key) == LUA_TSTRING ? lua_tostring(L, key) : "",
                       static_cast<int>(found.size()) + 1};
     if (entry.leaves.empty()) throw Error(text(what, " has an empty column as a key"));
