@@ -6,6 +6,7 @@
 #include "base/epsilon.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
+#include "integrate/problem/per_equations.hpp"
 #include "integrate/solve/vector_sums.hpp"
 
 namespace pendula::integrate {
@@ -26,6 +27,7 @@ IrkStepper::IrkStepper(std::string name, ProblemPtr problem,
       index_(std::move(index)),
       N_(n() + m()),
       rhs_(problem_, stats),
+      driven_(contains_time(*problem_)),
       check_(*problem_),
       pulses_(n(), m()) {
   if (index_.empty()) index_.assign(static_cast<std::size_t>(N_), 1);

@@ -188,6 +188,7 @@ class IrkStepper final : public Stepper {
   int N_;
   RhsSolver rhs_;
   bool determined_ = true;  ///< x′ and z follow from (t, x)
+  bool driven_;             ///< F contains t
   Pattern rows_;
   Jacobian jacobian_;
   Shifted shifted_;
