@@ -85,7 +85,7 @@ TEST_CASE("exam 3(d): index 2, one free value, mode 1/2, x = α e^{t/2} (1, 1, 2
 
 TEST_CASE("exam 3(d): the shuffle prints the exam's derivation") {
   const auto form = *dae::linear_form(*linear(exam_E, RationalMatrix::identity(3)));
-  CHECK(dae::describe(dae::shuffle(form), form) ==
+  CHECK(dae::describe(dae::shuffle(form, dae::ShuffleScope::derivation), form) ==
         "  (a)  x₁′ + x₂′ = x₁\n"
         "  (b)  x₃′ = x₂\n"
         "  (c)  x₁′ + x₂′ + x₃′ = x₃\n"

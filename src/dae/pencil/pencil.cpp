@@ -189,7 +189,7 @@ Constraint constraint_of(const LinearForm& f, const ShuffleConstraint& c) {
 
 LinearIndex linear_index(const LinearForm& f) {
   LinearIndex result;
-  const Shuffle s = shuffle(f);
+  const Shuffle s = shuffle(f, ShuffleScope::constraints);
   result.regular = s.regular;
   if (!s.regular) return result;
   result.index = s.rounds();

@@ -4,6 +4,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/rank/modular.hpp"
 #include "dae/rank/tracked_elimination.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
@@ -56,7 +57,8 @@ namespace {
 
 class Shuffling {
  public:
-  explicit Shuffling(const LinearForm& form) : form_(form) {
+  Shuffling(const LinearForm& form, ShuffleScope scope)
+      : form_(form), derives_(scope == ShuffleScope::derivation) {
     const VecX g = form.forcing();
     for (int i = 0; i < form.rows(); ++i) {
       Row r{letters(names_++), form.E.row(i), form.A.row(i), g[i], i, 0, {{{0, i}, 1}}};
@@ -76,12 +78,13 @@ class Shuffling {
       differentiate();
       result_.regular = ++round_ <= form_.size();
     }
-    if (result_.regular) solve();
+    if (result_.regular && derives_) solve();
     return std::move(result_);
   }
 
  private:
   void step(ShuffleStep::Kind kind, std::vector<Multiple> of, const Row& r) {
+    if (!derives_) return;
     result_.steps.push_back({kind, round_, std::move(of), r.name, combination(r.e, form_.x, 1),
                              simplify(combination(r.a, form_.x, 0) + r.g)});
   }
@@ -111,10 +114,23 @@ class Shuffling {
     return sum;
   }
 
+  /// Full rank modulo a prime is full rank; found without fractions, which grow with every row.
+  bool is_regular() const {
+    constexpr int many = 20;
+    const int n = form_.size();
+    if (n < many) return false;
+    std::vector<Entry> entries;
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j)
+        if (active_[i].e(0, j) != 0) entries.push_back({i, j, Expr(active_[i].e(0, j))});
+    return modular_rank(entries, n, n).rank == n;
+  }
+
   /// Marks every active row whose e depends on earlier ones and replaces it by the remaining constraint.
   int eliminate() {
     const int n = form_.size();
     dependent_.clear();
+    if (is_regular()) return n;
     // Independent rows so far, in echelon form, each with the combination of active rows that yields it.
     std::vector<std::pair<RationalMatrix, std::vector<mpq_class>>> echelon;
     std::vector<std::vector<mpq_class>> combinations;
@@ -236,6 +252,7 @@ class Shuffling {
   }
 
   const LinearForm& form_;
+  const bool derives_;  ///< steps and the semi-explicit form
   std::vector<Row> active_;
   std::vector<std::size_t> dependent_;  // active rows that are constraints in this round
   int names_ = 0, round_ = 0;
@@ -273,7 +290,7 @@ std::vector<std::string> cells(const ShuffleStep& step) {
 
 }  // namespace
 
-Shuffle shuffle(const LinearForm& form) { return Shuffling(form).run(); }
+Shuffle shuffle(const LinearForm& form, ShuffleScope scope) { return Shuffling(form, scope).run(); }
 
 std::string describe(const Shuffle& s, const LinearForm& form) {
   std::string out;

@@ -56,8 +56,15 @@ struct Shuffle {
 /// sum + factor · other, terms that cancel left out.
 void add_multiple(Combination& sum, const mpq_class& factor, const Combination& other);
 
-/// Cost: a few eliminations of E; the rows stay as sparse as the system is.
-Shuffle shuffle(const LinearForm& form);
+/// What a shuffle is made for.
+enum class ShuffleScope {
+  constraints,  ///< with the ranks; the steps and the semi-explicit form stay empty
+  derivation
+};
+
+/// Cost: an elimination of E, of n³ rational numbers, in each round in which E is singular; the rows stay as
+/// sparse as the system is. The semi-explicit form takes an inverse of E.
+Shuffle shuffle(const LinearForm& form, ShuffleScope scope);
 
 /// The derivation, step by step, as one writes it by hand. Requires s.regular.
 std::string describe(const Shuffle& s, const LinearForm& form);

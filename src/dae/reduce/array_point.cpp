@@ -13,8 +13,6 @@ namespace {
 
 using Index = Eigen::Index;
 
-constexpr std::size_t most_columns = 400;  // of ∂F_k/∂(x, y), for orthogonal decompositions in O(n³)
-
 /// Values of the other leaves: those given by the caller, else the parameter values, else random.
 std::unordered_map<Expr, double> known_values(const NumericArray& numeric, const Model& m, int seed,
                                               const std::unordered_map<Expr, double>& near) {

@@ -15,6 +15,8 @@ namespace pendula::dae {
 
 /// F_k, as expressions and with numbers; nothing of a point.
 struct ArrayEquations {
+  /// Of ∂F_k/∂(x, y): orthogonal decompositions cost O(n³), of 960 ten seconds.
+  static constexpr std::size_t most_columns = 400;
   DerivativeArray array;
   std::vector<Expr> columns;            ///< of the array: x, x′ and z, higher derivatives
   std::optional<NumericArray> numeric;  ///< empty where there are too many unknowns

@@ -314,11 +314,17 @@ ModelPtr reduce_array(const ModelPtr& model, const ReduceOptions& options) {
   static PerModel<ArrayEquationsPtr> known;
   const ArrayEquationsPtr equations =
       known.of(source, [&] { return std::make_shared<const ArrayEquations>(*source, index); });
+  if (!equations->numeric)
+    throw Failure(text("form \"array\" takes dense ranks of the equations and their derivatives up to order ",
+                       index, ", here of ", equations->columns.size(),
+                       " unknowns and derivatives; it is for at most ", ArrayEquations::most_columns,
+                       ". Take another form, as reduce \"ggl\" or \"acc\""));
   const auto at = regular_point(*source, equations, near);
   if (!at)
     throw Failure(
         text("form \"array\": no point was found at which the equations and their derivatives up to order ",
-             index, " determine the derivatives of all unknowns"));
+             index, " determine the derivatives of all unknowns",
+             options.at.empty() ? "; reduce(\"array\", { at = sys:init{ … } }) looks at a start" : ""));
   return form_of(source, *at, select(*at, *source), index, !options.at.empty());
 }
 

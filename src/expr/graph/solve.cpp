@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <limits>
 #include <unordered_map>
 
 #include "base/error.hpp"
@@ -150,12 +151,15 @@ Systems& systems() {
 /// Simplifies a system before it becomes a node: removes unknowns that need no elimination.
 class SystemReduction {
  public:
-  SystemReduction(const std::vector<Entry>& A, const VecX& b, Symmetry known)
+  /// most_exact: unknowns up to which what is left of a system of numbers is solved in fractions.
+  SystemReduction(const std::vector<Entry>& A, const VecX& b, Symmetry known,
+                  int most_exact = std::numeric_limits<int>::max())
       : b_(b),
         x_(b.size()),
         rows_(static_cast<std::size_t>(b.size())),
         columns_(rows_.size()),
-        known_(known) {
+        known_(known),
+        most_exact_(most_exact) {
     for (const Entry& e : A)
       if (!e.value.is_zero()) {
         row(e.row)[e.column] = e.value;
@@ -265,10 +269,10 @@ class SystemReduction {
     for (const auto& [j, k] : number) x_[j] = x[k];
   }
 
-  static VecX solved(const std::vector<Entry>& A, const VecX& b, Symmetry known) {
+  VecX solved(const std::vector<Entry>& A, const VecX& b, Symmetry known) const {
     if (std::all_of(b.begin(), b.end(), [](Expr e) { return e.is_zero(); })) return VecX::Zero(b.size());
     const auto exact = [](Expr e) { return exact_value(e) != nullptr; };
-    const bool numbers = std::all_of(b.begin(), b.end(), exact) &&
+    const bool numbers = b.size() <= most_exact_ && std::all_of(b.begin(), b.end(), exact) &&
                          std::all_of(A.begin(), A.end(), [&](const Entry& e) { return exact(e.value); });
     if (numbers) {
       MatX dense = MatX::Zero(b.size(), b.size());
@@ -286,6 +290,7 @@ class SystemReduction {
   std::vector<std::map<int, Expr>> rows_;
   std::vector<std::set<int>> columns_;  // rows that a column occurs in
   Symmetry known_;
+  int most_exact_;
   std::set<int> left_rows_, left_columns_, lone_rows_, lone_columns_;
   std::vector<Later> later_;
 };
@@ -369,7 +374,9 @@ void solution_adjoint(Expr head, const VecX& adjoints, const std::function<bool(
                       const std::function<void(Expr, Expr)>& add) {
   if (std::all_of(adjoints.begin(), adjoints.end(), [](Expr e) { return e.is_zero(); })) return;
   const LinearSystem& s = system_of(head);
-  const VecX lambda = SystemReduction(matrix_of(s, true), adjoints, symmetry_of(s)).solution();
+  // a Jacobian asks for one adjoint after another, each of n³ fractions that grow with n
+  constexpr int most_exact = 60;
+  const VecX lambda = SystemReduction(matrix_of(s, true), adjoints, symmetry_of(s), most_exact).solution();
   for (int i = 0; i < s.size; ++i)
     if (!lambda[i].is_zero() && active(s.b(i))) add(s.b(i), lambda[i]);
   for (const Entry& e : matrix_of(s))

@@ -184,7 +184,7 @@ int shuffle(Call& call) {
   const dae::ModelPtr lowered = dae::to_first_order(p.model);
   const auto form = dae::linear_form(*lowered);
   PENDULA_ASSERT(form.has_value(), "a linear model is not linear with its derivatives as variables");
-  return call.push(dae::describe(dae::shuffle(*form), *form));
+  return call.push(dae::describe(dae::shuffle(*form, dae::ShuffleScope::derivation), *form));
 }
 
 Expr constant_entry(Expr e, const std::string& what) {
