@@ -23,7 +23,7 @@ namespace pendula::lua {
 namespace {
 
 /// The addresses of these are registry keys that no script can form.
-char types_key, type_key, methods_key, fields_key, fallback_key;
+char types_key, type_key, methods_key, fields_key, fallback_key, columns_key;
 
 /// The expressions in an object, known one by one.
 struct Known {
@@ -76,6 +76,51 @@ void append_string_keys(lua_State* L, int table, std::vector<std::string>& names
   }
 }
 
+/// Pushes the columns and matrices that were read from the object at 1, by the names of their fields; nil if
+/// there are none and none is wanted. Both tables are weak: what nobody else holds is made anew.
+void push_columns_of(lua_State* L, bool wanted) {
+  const auto push_weak = [L](const char* mode) {
+    lua_newtable(L);
+    lua_createtable(L, 0, 1);
+    lua_pushstring(L, mode);
+    lua_setfield(L, -2, "__mode");
+    lua_setmetatable(L, -2);
+  };
+  if (lua_rawgetp(L, LUA_REGISTRYINDEX, &columns_key) == LUA_TNIL) {
+    lua_pop(L, 1);
+    push_weak("k");
+    lua_pushvalue(L, -1);
+    lua_rawsetp(L, LUA_REGISTRYINDEX, &columns_key);
+  }
+  lua_pushvalue(L, 1);
+  if (lua_rawget(L, -2) == LUA_TNIL && wanted) {
+    lua_pop(L, 1);
+    push_weak("v");
+    lua_pushvalue(L, 1);
+    lua_pushvalue(L, -2);
+    lua_rawset(L, -4);
+  }
+  lua_remove(L, -2);
+}
+
+/// The field of the object at 1 whose name is at 2; its function is on top. Objects do not change, so that a
+/// column is read once, whatever loop asks for d.y[k].
+int push_field(lua_State* L) {
+  push_columns_of(L, false);
+  lua_pushvalue(L, 2);
+  if (!lua_isnil(L, -2) && lua_rawget(L, -2) != LUA_TNIL) return 1;
+  lua_pop(L, 2);
+  lua_pushvalue(L, 1);
+  lua_call(L, 1, 1);
+  if (object_type(L, -1) != "matrix") return 1;
+  push_columns_of(L, true);
+  lua_pushvalue(L, 2);
+  lua_pushvalue(L, -3);
+  lua_rawset(L, -3);
+  lua_pop(L, 1);
+  return 1;
+}
+
 /// __index(object, key): a method, else a field, else the row "type:__index" of the type. Upvalues: methods,
 /// fields, metatable, type name.
 int index_object(lua_State* L) {
@@ -83,11 +128,7 @@ int index_object(lua_State* L) {
     lua_pushvalue(L, 2);
     if (lua_rawget(L, lua_upvalueindex(1)) != LUA_TNIL) return 1;
     lua_pushvalue(L, 2);
-    if (lua_rawget(L, lua_upvalueindex(2)) != LUA_TNIL) {
-      lua_pushvalue(L, 1);
-      lua_call(L, 1, 1);
-      return 1;
-    }
+    if (lua_rawget(L, lua_upvalueindex(2)) != LUA_TNIL) return push_field(L);
     // x:json() of any object
     if (std::strcmp(lua_tostring(L, 2), "json") == 0) {
       push_vocabulary(L, "json");
